@@ -1,0 +1,2 @@
+//! Streams test meshes (placeholder entry point).
+fn main() {}

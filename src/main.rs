@@ -1,0 +1,2 @@
+//! The `cornermill` command: arguments in, exit code out.
+fn main() {}
