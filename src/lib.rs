@@ -1,1 +1,9 @@
-//! Cornermill.
+//! Cornermill turns a triangle mesh that is larger than memory into a verified *corner
+//! table* on disk: for every corner its vertex (V) and its opposite corner (O), every
+//! triangle consistently oriented and labelled with its component.
+
+pub mod corner;
+pub mod disk;
+mod error;
+
+pub use error::{BadInput, Error, Result};

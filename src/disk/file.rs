@@ -1,0 +1,169 @@
+//! A file read and written at offsets, whose errors name path, offset and length.
+//!
+//! Reads and writes go to the caller's buffer, so memory is the caller's; every byte is
+//! counted. Offsets make the calls independent of each other: threads share one file.
+
+use super::Counters;
+use crate::error::{Error, Result};
+use std::fs::File;
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// An open file with its path and the counters that its traffic is added to.
+#[derive(Debug)]
+pub struct DataFile {
+    file: File,
+    path: PathBuf,
+    io: Arc<Counters>,
+}
+
+impl DataFile {
+    /// Opens an existing file for reading.
+    ///
+    /// # Errors
+    /// [`Error::Io`] with the path.
+    pub fn open(path: &Path, io: &Arc<Counters>) -> Result<DataFile> {
+        let file = File::open(path).map_err(|e| Error::io(path, "open it for reading", e))?;
+        Ok(DataFile::from_file(file, path, io))
+    }
+
+    /// Creates a file that must not exist yet, for reading and writing.
+    ///
+    /// # Errors
+    /// [`Error::Io`] with the path.
+    pub fn create_new(path: &Path, io: &Arc<Counters>) -> Result<DataFile> {
+        let file = File::options()
+            .read(true)
+            .write(true)
+            .create_new(true)
+            .open(path)
+            .map_err(|e| Error::io(path, "create it", e))?;
+        Ok(DataFile::from_file(file, path, io))
+    }
+
+    /// Opens an existing file for reading and writing.
+    ///
+    /// # Errors
+    /// [`Error::Io`] with the path.
+    pub fn open_rw(path: &Path, io: &Arc<Counters>) -> Result<DataFile> {
+        let file = File::options()
+            .read(true)
+            .write(true)
+            .open(path)
+            .map_err(|e| Error::io(path, "open it for writing", e))?;
+        Ok(DataFile::from_file(file, path, io))
+    }
+
+    pub(super) fn from_file(file: File, path: &Path, io: &Arc<Counters>) -> DataFile {
+        DataFile {
+            file,
+            path: path.to_owned(),
+            io: Arc::clone(io),
+        }
+    }
+
+    /// The path, for messages.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub(super) fn raw(&self) -> &File {
+        &self.file
+    }
+
+    pub(super) fn counters(&self) -> &Arc<Counters> {
+        &self.io
+    }
+
+    /// Length in bytes, asked anew.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn len(&self) -> Result<u64> {
+        let meta = self.file.metadata();
+        Ok(meta
+            .map_err(|e| Error::io(&self.path, "ask its length", e))?
+            .len())
+    }
+
+    /// True when the file has no byte.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn is_empty(&self) -> Result<bool> {
+        Ok(self.len()? == 0)
+    }
+
+    /// Sets the length; a part that was never written reads as zeros.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn set_len(&self, bytes: u64) -> Result<()> {
+        self.file
+            .set_len(bytes)
+            .map_err(|e| Error::io(&self.path, format!("set its length to {bytes} bytes"), e))
+    }
+
+    /// Fills `buf` from byte `at`.
+    ///
+    /// # Errors
+    /// [`Error::Io`], also when the file ends before `buf` is full.
+    pub fn read_at(&self, buf: &mut [u8], at: u64) -> Result<()> {
+        self.file.read_exact_at(buf, at).map_err(|e| {
+            Error::io(
+                &self.path,
+                format!("read {} bytes at byte {at}", buf.len()),
+                e,
+            )
+        })?;
+        self.io.add_read(buf.len() as u64);
+        Ok(())
+    }
+
+    /// Reads up to `buf.len()` bytes from byte `at`; fewer only at the end of the file.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn read_some_at(&self, buf: &mut [u8], at: u64) -> Result<usize> {
+        let mut done = 0;
+        while done < buf.len() {
+            match self.file.read_at(&mut buf[done..], at + done as u64) {
+                Ok(0) => break,
+                Ok(n) => done += n,
+                Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+                Err(e) => {
+                    return Err(Error::io(&self.path, format!("read at byte {at}"), e));
+                }
+            }
+        }
+        self.io.add_read(done as u64);
+        Ok(done)
+    }
+
+    /// Writes all of `buf` at byte `at`.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn write_at(&self, buf: &[u8], at: u64) -> Result<()> {
+        self.file.write_all_at(buf, at).map_err(|e| {
+            Error::io(
+                &self.path,
+                format!("write {} bytes at byte {at}", buf.len()),
+                e,
+            )
+        })?;
+        self.io.add_written(buf.len() as u64);
+        Ok(())
+    }
+
+    /// Waits until the data is on the device.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn sync(&self) -> Result<()> {
+        self.file
+            .sync_all()
+            .map_err(|e| Error::io(&self.path, "sync it to the device", e))
+    }
+}

@@ -1,0 +1,37 @@
+//! Files, windows, scratch space, the memory budget and the counters. Knows no mesh word.
+//!
+//! A [`Workspace`] is what every pass is given: the budget it draws on, the scratch space it
+//! spills to, the counters its I/O is added to, the workers it runs on and the progress sink
+//! it reports to. Nothing here allocates in proportion to a file.
+
+mod budget;
+mod counters;
+mod file;
+mod progress;
+mod scratch;
+mod window;
+mod workers;
+
+pub use budget::{Budget, Lease};
+pub use counters::{Counters, IoCount};
+pub use file::DataFile;
+pub use progress::{NoProgress, Progress};
+pub use scratch::{Scratch, ScratchFile};
+pub use window::Window;
+pub use workers::Workers;
+
+use std::sync::Arc;
+
+/// What every pass is given.
+pub struct Workspace {
+    /// Memory, in bytes, that the passes draw on.
+    pub budget: Budget,
+    /// Space for temporary files.
+    pub scratch: Scratch,
+    /// Bytes read and written so far.
+    pub io: Arc<Counters>,
+    /// The threads.
+    pub workers: Workers,
+    /// Where progress goes.
+    pub progress: Arc<dyn Progress>,
+}
