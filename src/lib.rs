@@ -5,5 +5,6 @@
 pub mod corner;
 pub mod disk;
 mod error;
+pub mod folder;
 
 pub use error::{BadInput, Error, Result};

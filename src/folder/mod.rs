@@ -1,0 +1,184 @@
+//! The mesh folder `NAME.ct/`: names, types, versions, manifest, checksums.
+//!
+//! Every array is a plain little-endian `.npy` file (version 1.0 header, data from byte
+//! [`npy::DATA_START`]) that NumPy, Rust and C++ map with no copy. `manifest.json` is written
+//! last: a folder without it is unfinished. Opening costs O(1): it reads the manifest and
+//! holds each file's header and length to it; the full check is [`crate::verify`].
+//!
+//! Memory: the manifest. I/O: the manifest and 4 KiB of each file.
+
+pub mod npy;
+
+mod manifest;
+mod seal;
+
+pub use manifest::{
+    Counts, FORMAT, FileEntry, InputDigest, InputEntry, Manifest, Options, Orient, VERSION,
+};
+pub use seal::{BLOCK, block_sums, digest_file, digest_of_blocks};
+
+use crate::disk::{Counters, DataFile};
+use crate::error::{Error, Result};
+use bytemuck::{Pod, Zeroable};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Vertex of each corner, (T,3).
+pub const V: &str = "V.npy";
+/// Opposite of each corner or NONE, (T,3).
+pub const O: &str = "O.npy";
+/// Vertex coordinates, (N,3); absent for a mesh given as V alone.
+pub const G: &str = "G.npy";
+/// Component of each triangle or NONE, (T,).
+pub const COMPONENT: &str = "component.npy";
+/// Packed bits, little bit order: triangles whose orientation differs from the input.
+pub const FLIPPED: &str = "flipped.npy";
+/// The table of components.
+pub const COMPONENTS: &str = "components.npy";
+/// The non-manifold edges, sorted by (lo, hi).
+pub const NONMANIFOLD_EDGES: &str = "nonmanifold_edges.npy";
+/// The corners of the non-manifold edges, in the order of the edges, ascending within one.
+pub const NONMANIFOLD_CORNERS: &str = "nonmanifold_corners.npy";
+/// Triangles with a repeated vertex, ascending.
+pub const DEGENERATE: &str = "degenerate.npy";
+/// What the folder holds and what was found; written last.
+pub const MANIFEST: &str = "manifest.json";
+
+/// A row of `components.npy`: packed, little-endian, no padding.
+#[repr(C, packed)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct ComponentRow {
+    /// Its first triangle.
+    pub first_triangle: u64,
+    /// Number of triangles.
+    pub triangles: u64,
+    /// Triangles whose orientation differs from the input.
+    pub flipped: u64,
+    /// Edges of the surface as O has it: regular + border + cut.
+    pub edges: u64,
+    /// Edges with one incident corner in the whole mesh.
+    pub border_edges: u64,
+    /// Its corners on non-manifold edges.
+    pub cut_edges: u64,
+    /// 1 when its triangles can be oriented consistently.
+    pub orientable: u8,
+    /// 1 when every corner has an opposite.
+    pub closed: u8,
+    /// 1 when closed, or without border and with cut edges whose corners cancel.
+    pub watertight: u8,
+    /// 1 when it was oriented by the sign of its volume (under `--orient outward`).
+    pub outward: u8,
+    /// Six times the signed volume in the final orientation, in cubed input units, on the
+    /// volume grid; NaN without coordinates or with a non-finite vertex.
+    pub six_volume: f64,
+    /// Area in squared input units; NaN as above.
+    pub area: f64,
+    /// Smallest finite coordinates (x, y, z) of its vertices; NaN when there are none.
+    pub bbox_min: [f64; 3],
+    /// Largest finite coordinates (x, y, z) of its vertices; NaN when there are none.
+    pub bbox_max: [f64; 3],
+}
+
+/// NumPy's description of [`ComponentRow`].
+pub const COMPONENT_DESCR: &str = "[('first_triangle', '<u8'), ('triangles', '<u8'), \
+('flipped', '<u8'), ('edges', '<u8'), ('border_edges', '<u8'), ('cut_edges', '<u8'), \
+('orientable', '|u1'), ('closed', '|u1'), ('watertight', '|u1'), ('outward', '|u1'), \
+('six_volume', '<f8'), ('area', '<f8'), ('bbox_min', '<f8', (3,)), ('bbox_max', '<f8', (3,))]";
+
+/// A row of `nonmanifold_edges.npy`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct EdgeRow {
+    /// Smaller vertex.
+    pub lo: u64,
+    /// Larger vertex.
+    pub hi: u64,
+    /// Number of corners that face the edge (3 or more).
+    pub corners: u64,
+    /// The smallest of them.
+    pub first_corner: u64,
+}
+
+/// NumPy's description of [`EdgeRow`].
+pub const EDGE_DESCR: &str =
+    "[('lo', '<u8'), ('hi', '<u8'), ('corners', '<u8'), ('first_corner', '<u8')]";
+
+/// A finished mesh folder, opened: manifest read and held to the files' headers.
+#[derive(Debug)]
+pub struct Folder {
+    path: PathBuf,
+    manifest: Manifest,
+    io: Arc<Counters>,
+}
+
+impl Folder {
+    /// Opens a finished folder in O(1): manifest, its checksum, and each file's header,
+    /// type, shape and length. Contents are not read; `verify` does that.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when something is missing, of another version or size;
+    /// [`Error::Io`] when it cannot be read.
+    pub fn open(path: &Path, io: &Arc<Counters>) -> Result<Folder> {
+        let manifest = Manifest::read(path)?;
+        for entry in &manifest.files {
+            let file = DataFile::open(&path.join(&entry.name), io)?;
+            let len = file.len()?;
+            if len != entry.bytes {
+                return Err(Error::input(
+                    file.path(),
+                    "",
+                    format!("{} bytes, as the manifest says", entry.bytes),
+                    format!("{len} bytes"),
+                    "the folder was changed or copied in part; build it again",
+                ));
+            }
+            let header = npy::Header::read(&file)?;
+            if header.descr != entry.dtype || header.shape != entry.shape {
+                return Err(Error::input(
+                    file.path(),
+                    "byte 0",
+                    format!("type {} and shape {:?}", entry.dtype, entry.shape),
+                    format!("{} and {:?}", header.descr, header.shape),
+                    "the folder was changed; build it again",
+                ));
+            }
+        }
+        Ok(Folder {
+            path: path.to_owned(),
+            manifest,
+            io: Arc::clone(io),
+        })
+    }
+
+    /// The folder's path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What the folder says of itself.
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// True when the folder has this array.
+    pub fn has(&self, name: &str) -> bool {
+        self.manifest.files.iter().any(|f| f.name == name)
+    }
+
+    /// Opens one of the arrays for reading; data starts at byte [`npy::DATA_START`].
+    ///
+    /// # Errors
+    /// [`Error::Input`] when the folder has no such array, [`Error::Io`].
+    pub fn file(&self, name: &str) -> Result<DataFile> {
+        if !self.has(name) {
+            return Err(Error::input(
+                &self.path,
+                "",
+                format!("an array {name}"),
+                "none",
+                "build the folder again from an input that has it",
+            ));
+        }
+        DataFile::open(&self.path.join(name), &self.io)
+    }
+}
