@@ -6,5 +6,6 @@ pub mod corner;
 pub mod disk;
 mod error;
 pub mod folder;
+pub mod input;
 
 pub use error::{BadInput, Error, Result};
