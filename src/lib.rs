@@ -7,5 +7,6 @@ pub mod disk;
 mod error;
 pub mod folder;
 pub mod input;
+pub mod shuffle;
 
 pub use error::{BadInput, Error, Result};

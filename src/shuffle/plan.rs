@@ -1,0 +1,59 @@
+//! How many buckets, and how large a buffer for each: the only knobs of a shuffle, chosen from
+//! memory and expected volume. They never change the result.
+
+/// Buckets of about this many bytes are sorted within a core's second-level cache.
+const CACHE: u64 = 512 << 10;
+/// More buckets than this at once cost more in address translation than they save.
+const MOST_BUCKETS: u64 = 2048;
+/// Buffers below this make many small writes, so they are taken only to avoid splits.
+const GOOD_BUFFER: u64 = 16 << 10;
+/// The least buffer that is taken to avoid splits.
+const SMALL_BUFFER: u64 = 4 << 10;
+/// Larger buffers gain nothing more.
+const LARGE_BUFFER: u64 = 64 << 10;
+/// What a writer holds for a bucket besides its buffer.
+pub(super) const SLOT_BYTES: u64 = 8;
+
+/// The size of a shuffle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// Buckets at most; widths are powers of two, so there may be up to half fewer.
+    pub buckets: usize,
+    /// Bytes of the buffer of each bucket in each writer; at least one record is buffered.
+    pub buffer_bytes: usize,
+}
+
+impl Plan {
+    /// A plan for `expected_records` of `record_bytes` each, whose writers together hold
+    /// `memory` bytes at most, and whose buckets suit sorters of `sort_memory` bytes.
+    ///
+    /// With too little memory for enough buckets there are fewer, which sorters then split.
+    /// Only memory below one record for each writer is exceeded.
+    pub fn within(
+        memory: u64,
+        writers: usize,
+        record_bytes: usize,
+        expected_records: u64,
+        sort_memory: u64,
+    ) -> Plan {
+        let record = record_bytes.max(1) as u64;
+        let share = memory / writers.max(1) as u64;
+        let volume = expected_records.saturating_mul(record);
+        // A sort wants as much space again, and a power-of-two width may double a bucket.
+        let fitting = (sort_memory / 4).max(1);
+        let needed = volume.div_ceil(fitting).clamp(1, MOST_BUCKETS);
+        let wanted = volume.div_ceil(fitting.min(CACHE)).clamp(1, MOST_BUCKETS);
+        let afford = |buffer: u64| share / (buffer.max(record) + SLOT_BYTES);
+        let buckets = wanted
+            .min(afford(GOOD_BUFFER))
+            .max(needed.min(afford(SMALL_BUFFER)))
+            .max(1);
+        let buffer = (share / buckets)
+            .saturating_sub(SLOT_BYTES)
+            .min(LARGE_BUFFER);
+        Plan {
+            buckets: buckets as usize,
+            buffer_bytes: (buffer / record * record).max(record) as usize,
+        }
+    }
+}

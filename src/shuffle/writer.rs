@@ -1,0 +1,394 @@
+//! The writing side: records go to a buffer per bucket, full buffers go to scratch files.
+//!
+//! Why writers need no lock: each has buffers of its own and appends whole buffers, and the
+//! sort on the other side does not care in which order extents arrived.
+//!
+//! Memory: a writer leases its buffers when it is made. Pages are touched only when a bucket
+//! gets its first record, and reused ever after. Extents: 16 bytes each, leased in steps.
+//! I/O: one write for each full buffer.
+
+use super::buckets::{Buckets, Resident};
+use super::plan::SLOT_BYTES;
+use super::{Plan, Record};
+use crate::disk::{Budget, Lease, Scratch, ScratchFile, Workspace};
+use crate::error::{Error, Result};
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Buckets share this many scratch files at most; a file is freed when its buckets were read.
+const FILES: u64 = 16;
+/// A writer that filled no buffer keeps up to this many bytes in memory.
+const KEEP: u64 = 256 << 10;
+/// Extents of the first and of the largest step of a list.
+const STEPS: (usize, usize) = (64, 4096);
+pub(super) const EXTENT_BYTES: u64 = size_of::<Extent>() as u64;
+
+/// Consecutive records of one bucket, in its scratch file or in kept memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Extent {
+    pub bucket: u32,
+    pub records: u32,
+    /// Byte in the file, or index in kept records.
+    pub at: u64,
+}
+
+/// A list of extents that leases memory in steps before it grows.
+#[derive(Default)]
+pub(super) struct Extents {
+    steps: Vec<(Vec<Extent>, Lease)>,
+}
+
+impl Extents {
+    fn push(&mut self, extent: Extent, budget: &Budget) -> Result<()> {
+        if let Some((list, _)) = self.steps.last_mut()
+            && list.len() < list.capacity()
+        {
+            list.push(extent);
+            return Ok(());
+        }
+        let n = (STEPS.0 << self.steps.len().min(16)).min(STEPS.1);
+        let lease = budget.lease("the extents of a shuffle", n as u64 * EXTENT_BYTES)?;
+        let mut list = Vec::with_capacity(n);
+        list.push(extent);
+        self.steps.push((list, lease));
+        Ok(())
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.steps.iter().map(|(list, _)| list.len()).sum()
+    }
+
+    pub(super) fn into_lists(self) -> impl Iterator<Item = (Vec<Extent>, Lease)> {
+        self.steps.into_iter()
+    }
+}
+
+/// How level-0 keys map to buckets: `(key - start) >> shift`.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    pub keys: Range<u64>,
+    pub shift: u32,
+    pub buckets: u64,
+    /// Bucket b lies in file `b >> file_shift`.
+    pub file_shift: u32,
+}
+
+impl Layout {
+    fn new(keys: Range<u64>, most: u64) -> Layout {
+        let last = keys.end.saturating_sub(keys.start).checked_sub(1);
+        let mut shift = 0;
+        while last.is_some_and(|last| last >> shift >= most) {
+            shift += 1;
+        }
+        let buckets = last.map_or(0, |last| (last >> shift) + 1);
+        let mut file_shift = 0;
+        while buckets >> file_shift > FILES {
+            file_shift += 1;
+        }
+        Layout {
+            keys,
+            shift,
+            buckets,
+            file_shift,
+        }
+    }
+
+    pub(super) fn files(&self) -> u64 {
+        self.buckets.div_ceil(1 << self.file_shift)
+    }
+}
+
+/// What finished writers handed in.
+struct Done<R> {
+    extents: Vec<Extents>,
+    kept: Vec<Resident<R>>,
+    records: u64,
+    spilled: u64,
+}
+
+/// A shuffle that takes records; shared by its writers, one for each thread.
+pub struct Shuffle<R> {
+    what: &'static str,
+    layout: Layout,
+    /// Records that a buffer holds.
+    per_buffer: u32,
+    files: Vec<Mutex<Option<Arc<ScratchFile>>>>,
+    open: AtomicU64,
+    done: Mutex<Done<R>>,
+    budget: Budget,
+    scratch: Scratch,
+}
+
+impl<R: Record> Shuffle<R> {
+    /// A shuffle named `what` for records whose level-0 keys lie in `keys`.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] when one writer's buffers would hold 2^32 records or more.
+    pub fn new(
+        ws: &Workspace,
+        what: &'static str,
+        keys: Range<u64>,
+        plan: Plan,
+    ) -> Result<Shuffle<R>> {
+        const { assert!(R::LEVELS > 0 && size_of::<R>() > 0) };
+        let layout = Layout::new(keys, plan.buckets.clamp(1, 1 << 30) as u64);
+        let per_buffer = (plan.buffer_bytes / size_of::<R>()).max(1) as u64;
+        if layout.buckets.saturating_mul(per_buffer) > u64::from(u32::MAX) {
+            return Err(Error::Internal(format!(
+                "{what}: a plan of {} buckets with {per_buffer} records each is beyond 2^32",
+                layout.buckets
+            )));
+        }
+        Ok(Shuffle {
+            what,
+            per_buffer: per_buffer as u32,
+            files: (0..layout.files()).map(|_| Mutex::default()).collect(),
+            layout,
+            open: AtomicU64::new(0),
+            done: Mutex::new(Done {
+                extents: Vec::new(),
+                kept: Vec::new(),
+                records: 0,
+                spilled: 0,
+            }),
+            budget: ws.budget.clone(),
+            scratch: ws.scratch.clone(),
+        })
+    }
+
+    /// A writer with buffers of its own, leased from the budget.
+    ///
+    /// # Errors
+    /// [`Error::Budget`].
+    pub fn writer(&self) -> Result<Writer<'_, R>> {
+        let buckets = self.layout.buckets;
+        let room = buckets * u64::from(self.per_buffer);
+        let bytes = room * size_of::<R>() as u64 + buckets * SLOT_BYTES;
+        // Two leases, so that what is kept in memory after `finish` stays covered.
+        let keep = self.budget.lease(self.what, bytes.min(KEEP))?;
+        let rest = self.budget.lease(self.what, bytes - keep.bytes())?;
+        self.open.fetch_add(1, Ordering::Relaxed);
+        Ok(Writer {
+            arena: Vec::with_capacity(room as usize),
+            slots: vec![Slot { next: 0, end: 0 }; buckets as usize],
+            start: self.layout.keys.start,
+            width: self.layout.keys.end.saturating_sub(self.layout.keys.start),
+            shift: self.layout.shift,
+            extents: Extents::default(),
+            records: 0,
+            spilled: 0,
+            shuffle: self,
+            keep,
+            rest,
+        })
+    }
+
+    /// Ends the writing.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] when a writer was dropped unfinished, [`Error::Budget`] when the
+    /// list of extents does not fit.
+    pub fn finish(self) -> Result<Buckets<R>> {
+        let open = self.open.into_inner();
+        if open > 0 {
+            return Err(Error::Internal(format!(
+                "{}: {open} writer(s) of the shuffle were dropped unfinished",
+                self.what
+            )));
+        }
+        let done = self
+            .done
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner);
+        let files = self.files.into_iter();
+        Buckets::new(
+            self.layout,
+            files
+                .map(|f| f.into_inner().unwrap_or_else(PoisonError::into_inner))
+                .collect(),
+            done.extents,
+            done.kept,
+            (done.records, done.spilled),
+            (self.budget, self.scratch),
+        )
+    }
+
+    fn file_of(&self, bucket: usize) -> Result<Arc<ScratchFile>> {
+        let mut slot = lock(&self.files[bucket >> self.layout.file_shift]);
+        if let Some(file) = &*slot {
+            return Ok(Arc::clone(file));
+        }
+        let file = Arc::new(self.scratch.file(self.what)?);
+        *slot = Some(Arc::clone(&file));
+        Ok(file)
+    }
+}
+
+/// Data behind a lock is whole between calls, so a panic elsewhere does not spoil it.
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Where the next record of a bucket goes in the arena; `next == end` says no room.
+#[derive(Clone, Copy)]
+struct Slot {
+    next: u32,
+    end: u32,
+}
+
+/// Takes the records of one thread; [`finish`](Writer::finish) hands them in.
+pub struct Writer<'a, R> {
+    /// The buffers, one after another in order of first use.
+    arena: Vec<R>,
+    slots: Vec<Slot>,
+    start: u64,
+    width: u64,
+    shift: u32,
+    extents: Extents,
+    records: u64,
+    spilled: u64,
+    shuffle: &'a Shuffle<R>,
+    keep: Lease,
+    rest: Lease,
+}
+
+impl<R: Record> Writer<'_, R> {
+    /// Takes a record.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] when its key of level 0 is out of range; what a write of a full
+    /// buffer may say.
+    #[inline]
+    pub fn push(&mut self, record: R) -> Result<()> {
+        let offset = record.key(0).wrapping_sub(self.start);
+        if offset >= self.width {
+            return Err(self.out_of_range(record.key(0)));
+        }
+        let bucket = (offset >> self.shift) as usize;
+        if self.slots[bucket].next == self.slots[bucket].end {
+            self.make_room(bucket)?;
+        }
+        let slot = &mut self.slots[bucket];
+        self.arena[slot.next as usize] = record;
+        slot.next += 1;
+        Ok(())
+    }
+
+    #[cold]
+    fn out_of_range(&self, key: u64) -> Error {
+        let keys = &self.shuffle.layout.keys;
+        Error::Internal(format!(
+            "{}: key {key} is outside of {}..{}",
+            self.shuffle.what, keys.start, keys.end
+        ))
+    }
+
+    /// Gives a bucket its buffer, or empties the full one.
+    #[cold]
+    fn make_room(&mut self, bucket: usize) -> Result<()> {
+        let per = self.shuffle.per_buffer;
+        if self.slots[bucket].end > 0 {
+            return self.flush(bucket);
+        }
+        let next = self.arena.len() as u32;
+        // The arena's capacity holds a buffer for each bucket, so this never moves it.
+        self.arena
+            .resize(self.arena.len() + per as usize, R::zeroed());
+        self.slots[bucket] = Slot {
+            next,
+            end: next + per,
+        };
+        Ok(())
+    }
+
+    /// Writes what the bucket's buffer holds, as one extent.
+    fn flush(&mut self, bucket: usize) -> Result<()> {
+        let (start, len) = self.held(bucket);
+        if len == 0 {
+            return Ok(());
+        }
+        let bytes: &[u8] = bytemuck::cast_slice(&self.arena[start..start + len as usize]);
+        let at = self.shuffle.file_of(bucket)?.append(bytes)?;
+        self.spilled += bytes.len() as u64;
+        self.records += u64::from(len);
+        let extent = Extent {
+            bucket: bucket as u32,
+            records: len,
+            at,
+        };
+        self.extents.push(extent, &self.shuffle.budget)?;
+        self.slots[bucket].next = start as u32;
+        Ok(())
+    }
+
+    /// Index and number of the records in the bucket's buffer.
+    fn held(&self, bucket: usize) -> (usize, u32) {
+        let Slot { next, end } = self.slots[bucket];
+        let start = end.saturating_sub(self.shuffle.per_buffer);
+        (start as usize, next - start)
+    }
+
+    /// Hands in what is left; the writer's buffers go back to the budget.
+    ///
+    /// # Errors
+    /// As [`push`](Writer::push).
+    pub fn finish(mut self) -> Result<()> {
+        let buckets = 0..self.slots.len();
+        let (count, left) = buckets
+            .clone()
+            .map(|b| self.held(b).1)
+            .fold((0, 0), |(count, sum), len| {
+                (count + u64::from(len > 0), sum + u64::from(len))
+            });
+        let weight = left * size_of::<R>() as u64 + count * EXTENT_BYTES;
+        if self.spilled > 0 || weight > self.keep.bytes() {
+            for bucket in buckets {
+                self.flush(bucket)?;
+            }
+            self.arena = Vec::new();
+        } else {
+            self.records = left;
+        }
+        let kept = (self.spilled == 0 && left > 0).then(|| self.compact(count as usize));
+        drop(std::mem::take(&mut self.slots));
+        drop(self.rest);
+        let mut done = lock(&self.shuffle.done);
+        done.records += self.records;
+        done.spilled += self.spilled;
+        done.extents.push(self.extents);
+        done.kept
+            .extend(kept.map(|(records, extents)| Resident::new(records, extents, self.keep)));
+        drop(done);
+        self.shuffle.open.fetch_sub(1, Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// Moves the held records to the front of the arena and gives the rest of it back.
+    fn compact(&mut self, count: usize) -> (Vec<R>, Vec<Extent>) {
+        let mut extents = Vec::with_capacity(count);
+        for bucket in 0..self.slots.len() {
+            let (start, records) = self.held(bucket);
+            if records > 0 {
+                extents.push(Extent {
+                    bucket: bucket as u32,
+                    records,
+                    at: start as u64,
+                });
+            }
+        }
+        extents.sort_unstable_by_key(|e| e.at);
+        let mut records = std::mem::take(&mut self.arena);
+        let mut len = 0;
+        for extent in &mut extents {
+            let from = extent.at as usize;
+            records.copy_within(from..from + extent.records as usize, len);
+            extent.at = len as u64;
+            len += extent.records as usize;
+        }
+        records.truncate(len);
+        records.shrink_to_fit();
+        extents.sort_unstable();
+        (records, extents)
+    }
+}
