@@ -14,7 +14,7 @@
 //! of writers, order of arrival) can change the sequence of keys, and records with equal keys
 //! are interchangeable.
 //!
-//! Memory: a writer leases `buckets * (buffer + 8)` bytes and 16 bytes for each extent that it
+//! Memory: a writer leases `buckets * (buffer + 24)` bytes and 16 bytes for each extent that it
 //! wrote; a sorter leases what it was given and holds never more. I/O: each record is written
 //! once and read once, a record of an oversized bucket once more for each split; all of it in
 //! extents of a whole buffer. A writer that filled no buffer and holds little keeps its records

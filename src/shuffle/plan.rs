@@ -11,13 +11,14 @@ const GOOD_BUFFER: u64 = 16 << 10;
 const SMALL_BUFFER: u64 = 4 << 10;
 /// Larger buffers gain nothing more.
 const LARGE_BUFFER: u64 = 64 << 10;
-/// What a writer holds for a bucket besides its buffer.
-pub(super) const SLOT_BYTES: u64 = 8;
+/// What a writer holds for a bucket besides its buffer: its state, and an extent at the end.
+pub(super) const SLOT_BYTES: u64 = 24;
 
 /// The size of a shuffle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plan {
-    /// Buckets at most; widths are powers of two, so there may be up to half fewer.
+    /// Buckets at most; widths are powers of two, so there may be up to half fewer. (Only a key
+    /// range beyond 2^63 has two where one was asked for.)
     pub buckets: usize,
     /// Bytes of the buffer of each bucket in each writer; at least one record is buffered.
     pub buffer_bytes: usize,

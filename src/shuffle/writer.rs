@@ -78,7 +78,7 @@ impl Layout {
     fn new(keys: Range<u64>, most: u64) -> Layout {
         let last = keys.end.saturating_sub(keys.start).checked_sub(1);
         let mut shift = 0;
-        while last.is_some_and(|last| last >> shift >= most) {
+        while shift < 63 && last.is_some_and(|last| last >> shift >= most) {
             shift += 1;
         }
         let buckets = last.map_or(0, |last| (last >> shift) + 1);
