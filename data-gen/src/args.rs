@@ -1,0 +1,169 @@
+//! The command line: what to make, how large, where to.
+
+use std::path::PathBuf;
+
+use clap::{Parser, ValueEnum};
+use serde_json::json;
+
+use crate::mesh::Mesh;
+use crate::sphere::Sphere;
+use crate::view::{Options, Order, View};
+use crate::write::{Coords, Format, Index, Target, write};
+use crate::{Error, Truth};
+
+/// The kinds of mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Kind {
+    /// A displaced sphere of 8 n^2 triangles (--size n).
+    Sphere,
+}
+
+/// Writes a test mesh, and its exact counts as OUT.json beside it.
+#[derive(Clone, Debug, Parser)]
+#[command(version)]
+pub struct Args {
+    /// What to make.
+    #[arg(value_enum)]
+    pub kind: Kind,
+    /// The file to write.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// About how many triangles (k, M and G stand for thousands, millions, billions); the nearest
+    /// size that the kind has is made.
+    #[arg(short, long, value_parser = count, conflicts_with = "size")]
+    pub triangles: Option<u64>,
+    /// The size in the kind's own terms: N or AxB.
+    #[arg(long, value_parser = size)]
+    pub size: Option<(u64, u64)>,
+    /// The format; without it, what the name ends in.
+    #[arg(long, value_enum)]
+    pub format: Option<Format>,
+    /// Triangles, vertex ids and corners in random order: --order shuffle.
+    #[arg(long, conflicts_with = "order")]
+    pub shuffle: bool,
+    /// The order of triangles and vertices.
+    #[arg(long, value_enum, default_value = "coherent")]
+    pub order: Order,
+    /// Flip each triangle with this probability.
+    #[arg(long, default_value_t = 0.0)]
+    pub flip: f64,
+    /// Key of every random choice.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Width of vertex ids in npy and raw; without it, u4 while the ids fit.
+    #[arg(long, value_enum)]
+    pub index: Option<Index>,
+    /// Width of coordinates.
+    #[arg(long, value_enum, default_value = "f4")]
+    pub coords: Coords,
+    /// Write V alone (npy and raw).
+    #[arg(long)]
+    pub no_positions: bool,
+    /// Threads; without it, as many as there are processors.
+    #[arg(long)]
+    pub threads: Option<usize>,
+}
+
+/// `12`, `3k`, `2.5M`, `1G`.
+fn count(text: &str) -> Result<u64, String> {
+    let (digits, unit) = match text.char_indices().last() {
+        Some((at, 'k' | 'K')) => (&text[..at], 1e3),
+        Some((at, 'M')) => (&text[..at], 1e6),
+        Some((at, 'G')) => (&text[..at], 1e9),
+        _ => (text, 1.0),
+    };
+    let number: f64 = digits
+        .parse()
+        .map_err(|_| "expected a number such as 500k, 8M, 1.5G")?;
+    let value = (number * unit).round();
+    if (1.0..=1e15).contains(&value) {
+        Ok(value as u64)
+    } else {
+        Err("expected 1 to 1e15".into())
+    }
+}
+
+/// `N` or `AxB`.
+fn size(text: &str) -> Result<(u64, u64), String> {
+    let (a, b) = text.split_once('x').unwrap_or((text, "0"));
+    let part = |s: &str| {
+        s.parse()
+            .map_err(|_| "expected N or AxB, such as 100 or 200x50")
+    };
+    Ok((part(a)?, part(b)?))
+}
+
+/// Makes the mesh of this kind and size.
+pub fn build(args: &Args) -> Result<Box<dyn Mesh>, Error> {
+    let triangles = args.triangles.unwrap_or(1_000_000);
+    match args.kind {
+        Kind::Sphere => {
+            let n = args
+                .size
+                .map_or((triangles as f64 / 8.0).sqrt().round() as u64, |s| s.0);
+            Ok(Box::new(Sphere::new(n.max(1), args.seed)))
+        }
+    }
+}
+
+/// Does what the command line says; returns one line for the user.
+pub fn run(args: &Args) -> Result<String, Error> {
+    let mesh = build(args)?;
+    let order = if args.shuffle {
+        Order::Shuffle
+    } else {
+        args.order
+    };
+    let options = Options {
+        order,
+        flip: args.flip,
+        seed: args.seed,
+    };
+    let view = View::new(mesh.as_ref(), options);
+    let target = target(args, view.truth())?;
+    let truth = write(&view, &target)?;
+    let kind = args
+        .kind
+        .to_possible_value()
+        .map(|v| v.get_name().to_owned());
+    let mut facts = truth.to_json();
+    facts["kind"] = json!(kind);
+    facts["seed"] = json!(args.seed);
+    let path = target.truth_path();
+    std::fs::write(&path, format!("{facts:#}\n")).map_err(Error::io(&path))?;
+    Ok(format!(
+        "{}: {} triangles, {} vertices",
+        target.path.display(),
+        truth.triangles,
+        truth.vertices
+    ))
+}
+
+fn target(args: &Args, truth: &Truth) -> Result<Target, Error> {
+    let ending = args
+        .output
+        .extension()
+        .and_then(|e| e.to_str())
+        .unwrap_or_default();
+    let format = match args.format {
+        Some(format) => format,
+        None => Format::from_str(ending, true).map_err(|_| {
+            let name = args.output.display();
+            Error::Usage(format!(
+                "{name}: what format? Use --format, or end it in .npy .ply .stl .raw"
+            ))
+        })?,
+    };
+    let fits = truth.vertices <= 1 << 32;
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
+    Ok(Target {
+        path: args.output.clone(),
+        format,
+        index: args
+            .index
+            .unwrap_or(if fits { Index::U4 } else { Index::U8 }),
+        coords: args.coords,
+        positions: !args.no_positions,
+        threads: args.threads.unwrap_or(threads).max(1),
+    })
+}

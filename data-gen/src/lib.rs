@@ -1,0 +1,68 @@
+//! Streams test meshes of any size, and states exactly what they hold.
+//!
+//! Every kind of mesh is a pair of closed forms, `triangle(t)` and `position(v)`, that can be asked in
+//! any order; everything else is index arithmetic around them:
+//!
+//! ```text
+//!  kind (sphere, torus, ...)      closed forms and closed-form counts
+//!    -> Defects                   a known number of faults, at sites far from each other
+//!    -> View                      order of triangles, vertex ids, flips: keyed bijections
+//!    -> write                     fixed-width records, so any thread can write any block
+//! ```
+//!
+//! Nothing is kept per triangle or per vertex. Memory is one buffer of [`write::BLOCK`] bytes a thread
+//! and some kilobytes of tables, whatever the size of the mesh; I/O is one write of the output.
+//!
+//! This crate is the oracle of Cornermill's tests and shares no code with it.
+
+pub mod args;
+pub mod hash;
+pub mod mesh;
+pub mod noise;
+pub mod sphere;
+pub mod truth;
+pub mod view;
+pub mod write;
+
+pub use args::Args;
+pub use mesh::{Link, Mesh};
+pub use truth::Truth;
+pub use view::View;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// What can go wrong: an impossible request, or the disk.
+#[derive(Debug)]
+pub enum Error {
+    /// The request cannot be met; the text says why, and what would do.
+    Usage(String),
+    /// Reading or writing this file failed.
+    Io(PathBuf, std::io::Error),
+}
+
+impl Error {
+    /// Attaches the file to an I/O error.
+    pub fn io(path: &Path) -> impl Fn(std::io::Error) -> Error + '_ {
+        |error| Error::Io(path.to_path_buf(), error)
+    }
+
+    /// The exit code: 2 for a wrong request, 4 for I/O.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Usage(_) => 2,
+            Error::Io(..) => 4,
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Error::Usage(text) => f.write_str(text),
+            Error::Io(path, error) => write!(f, "{}: {error}", path.display()),
+        }
+    }
+}
+
+impl std::error::Error for Error {}
