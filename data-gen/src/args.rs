@@ -5,18 +5,12 @@ use std::path::PathBuf;
 use clap::{Parser, ValueEnum};
 use serde_json::json;
 
+use crate::defects::Defects;
+use crate::kinds::{Kind, Size};
 use crate::mesh::Mesh;
-use crate::sphere::Sphere;
 use crate::view::{Options, Order, View};
 use crate::write::{Coords, Format, Index, Target, write};
 use crate::{Error, Truth};
-
-/// The kinds of mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Kind {
-    /// A displaced sphere of 8 n^2 triangles (--size n).
-    Sphere,
-}
 
 /// Writes a test mesh, and its exact counts as OUT.json beside it.
 #[derive(Clone, Debug, Parser)]
@@ -32,9 +26,13 @@ pub struct Args {
     /// size that the kind has is made.
     #[arg(short, long, value_parser = count, conflicts_with = "size")]
     pub triangles: Option<u64>,
-    /// The size in the kind's own terms: N or AxB.
-    #[arg(long, value_parser = size)]
-    pub size: Option<(u64, u64)>,
+    /// The size in the kind's own terms: N (sphere: triangles / 8 = N^2; fan and the like: triangles)
+    /// or AxB (grids: quads in a row x rows).
+    #[arg(long, value_parser = Size::parse)]
+    pub size: Option<Size>,
+    /// How many blobs; without it, one for each 1000 triangles.
+    #[arg(long)]
+    pub blobs: Option<u64>,
     /// The format; without it, what the name ends in.
     #[arg(long, value_enum)]
     pub format: Option<Format>,
@@ -47,6 +45,10 @@ pub struct Args {
     /// Flip each triangle with this probability.
     #[arg(long, default_value_t = 0.0)]
     pub flip: f64,
+    /// Put in this many faults of every sort: holes, duplicates, third triangles on an edge,
+    /// degenerate triangles, unreferenced vertices.
+    #[arg(long, num_args = 0..=1, require_equals = true, default_value_t = 0, default_missing_value = "4")]
+    pub defects: u64,
     /// Key of every random choice.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -83,27 +85,17 @@ fn count(text: &str) -> Result<u64, String> {
     }
 }
 
-/// `N` or `AxB`.
-fn size(text: &str) -> Result<(u64, u64), String> {
-    let (a, b) = text.split_once('x').unwrap_or((text, "0"));
-    let part = |s: &str| {
-        s.parse()
-            .map_err(|_| "expected N or AxB, such as 100 or 200x50")
-    };
-    Ok((part(a)?, part(b)?))
-}
-
-/// Makes the mesh of this kind and size.
-pub fn build(args: &Args) -> Result<Box<dyn Mesh>, Error> {
-    let triangles = args.triangles.unwrap_or(1_000_000);
-    match args.kind {
-        Kind::Sphere => {
-            let n = args
-                .size
-                .map_or((triangles as f64 / 8.0).sqrt().round() as u64, |s| s.0);
-            Ok(Box::new(Sphere::new(n.max(1), args.seed)))
-        }
+/// Makes the mesh that is asked for.
+fn build(args: &Args) -> Result<Box<dyn Mesh>, Error> {
+    if !(0.0..=1.0).contains(&args.flip) {
+        let text = format!("--flip {}: a probability is expected, 0 to 1", args.flip);
+        return Err(Error::Usage(text));
     }
+    let triangles = args.triangles.unwrap_or(1_000_000);
+    let mesh = args
+        .kind
+        .mesh(args.size, triangles, args.blobs, args.seed)?;
+    Ok(Box::new(Defects::new(mesh, args.defects, args.seed)?))
 }
 
 /// Does what the command line says; returns one line for the user.
@@ -121,14 +113,25 @@ pub fn run(args: &Args) -> Result<String, Error> {
     };
     let view = View::new(mesh.as_ref(), options);
     let target = target(args, view.truth())?;
-    let truth = write(&view, &target)?;
-    let kind = args
-        .kind
-        .to_possible_value()
-        .map(|v| v.get_name().to_owned());
+    if target.format == Format::Stl && !mesh.survives_welding() {
+        return Err(Error::Usage(
+            "positions of this mesh coincide in f4: STL, which has nothing else, cannot hold it"
+                .into(),
+        ));
+    }
+    let mut truth = write(&view, &target)?;
+    if target.format == Format::Stl {
+        truth = truth.welded();
+    }
     let mut facts = truth.to_json();
-    facts["kind"] = json!(kind);
+    let welded = mesh.survives_welding().then(|| truth.welded().vertices);
+    facts["welded_vertices"] = json!(welded);
+    facts["kind"] = json!(name(args.kind));
+    facts["order"] = json!(name(order));
+    facts["flip"] = json!(args.flip);
+    facts["defects"] = json!(args.defects);
     facts["seed"] = json!(args.seed);
+    facts["format"] = json!(name(target.format));
     let path = target.truth_path();
     std::fs::write(&path, format!("{facts:#}\n")).map_err(Error::io(&path))?;
     Ok(format!(
@@ -137,6 +140,14 @@ pub fn run(args: &Args) -> Result<String, Error> {
         truth.triangles,
         truth.vertices
     ))
+}
+
+/// A choice as the command line spells it.
+fn name(choice: impl ValueEnum) -> String {
+    choice
+        .to_possible_value()
+        .map(|v| v.get_name().to_owned())
+        .unwrap_or_default()
 }
 
 fn target(args: &Args, truth: &Truth) -> Result<Target, Error> {

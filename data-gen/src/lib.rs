@@ -16,7 +16,12 @@
 //! This crate is the oracle of Cornermill's tests and shares no code with it.
 
 pub mod args;
+pub mod blobs;
+pub mod defects;
+pub mod grid;
 pub mod hash;
+pub mod kinds;
+pub mod loose;
 pub mod mesh;
 pub mod noise;
 pub mod sphere;

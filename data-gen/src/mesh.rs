@@ -23,7 +23,7 @@ impl Link {
 
 /// A mesh given by closed forms. Every method may be called in any order, from any thread, and costs
 /// O(1): none allocates or looks at another triangle.
-pub trait Mesh: Sync {
+pub trait Mesh: Send + Sync {
     /// The exact counts, before any flip.
     fn truth(&self) -> Truth;
 
@@ -47,7 +47,7 @@ pub trait Mesh: Sync {
         i
     }
 
-    /// Whether the mesh has triangles in the midst of a surface, where faults can be cut in.
+    /// Whether the mesh has triangles in the midst of a surface, where [`Defects`](crate::defects::Defects) can cut.
     fn can_be_cut(&self) -> bool {
         true
     }

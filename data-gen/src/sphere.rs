@@ -241,7 +241,8 @@ fn quarter(along: u64, part: u64) -> u64 {
 
 /// The integer square root; the float root is off by one at most for x below 2^63.
 fn root(x: u64) -> u64 {
-    let r = (x as f64).sqrt() as u64;
+    // Signed casts: one instruction each, where unsigned ones branch.
+    let r = (x as i64 as f64).sqrt() as i64 as u64;
     if r * r > x {
         r - 1
     } else if (r + 1) * (r + 1) <= x {

@@ -4,6 +4,10 @@ mod naive;
 
 use std::collections::BTreeSet;
 
+use data_gen::blobs::Blobs;
+use data_gen::defects::Defects;
+use data_gen::grid::{Grid, Shape};
+use data_gen::loose::{Form, Loose};
 use data_gen::sphere::Sphere;
 use data_gen::{Mesh, Truth};
 
@@ -79,5 +83,110 @@ fn check_outward(name: &str, mesh: &dyn Mesh) {
 fn spheres() {
     for n in 1..14 {
         check_outward(&format!("sphere {n}"), &Sphere::new(n, n));
+    }
+}
+
+#[test]
+fn grids() {
+    for shape in [Shape::Terrain, Shape::Torus, Shape::Moebius, Shape::Klein] {
+        let least = Grid::least(shape);
+        for columns in least.0..least.0 + 6 {
+            for rows in least.1..least.1 + 6 {
+                let name = format!("{shape:?} {columns}x{rows}");
+                let grid = Grid::new(shape, columns, rows, 9);
+                match shape {
+                    Shape::Torus => check_outward(&name, &grid),
+                    _ => check(&name, &grid),
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn blobs() {
+    for (blobs, triangles) in [(1, 8), (1, 700), (2, 16), (7, 1000), (40, 4000), (100, 800)] {
+        let mesh = Blobs::new(blobs, triangles, 3).unwrap();
+        check_outward(&format!("{blobs} blobs"), &mesh);
+        assert_eq!(mesh.truth().components, blobs);
+    }
+    assert!(Blobs::new(11, 87, 3).is_err(), "7.9 triangles each");
+}
+
+#[test]
+fn blobs_come_near_the_size_that_is_asked_for() {
+    for (blobs, triangles) in [(1_000, 1_000_000), (50_000, 10_000_000), (9, 3_000_000_000)] {
+        let made = Blobs::new(blobs, triangles, 1).unwrap().truth().triangles;
+        assert!(
+            made.abs_diff(triangles) < triangles / 100,
+            "{blobs} {triangles}: {made}"
+        );
+    }
+}
+
+#[test]
+fn loose_forms() {
+    for form in [Form::Soup, Form::Fan, Form::Cone, Form::Book, Form::Stack] {
+        for triangles in [1, 2, 3, 4, 5, 6, 7, 50, 333] {
+            let mesh = Loose::new(form, triangles, 5);
+            let name = format!("{form:?} {triangles}");
+            if form == Form::Cone {
+                check_outward(&name, &mesh);
+            } else {
+                check(&name, &mesh);
+            }
+        }
+    }
+}
+
+/// A mesh of each kind, large enough for some faults of each sort.
+fn one_of_each() -> Vec<(&'static str, Box<dyn Mesh>)> {
+    vec![
+        ("sphere", Box::new(Sphere::new(13, 2))),
+        ("torus", Box::new(Grid::new(Shape::Torus, 17, 31, 2))),
+        ("terrain", Box::new(Grid::new(Shape::Terrain, 25, 24, 2))),
+        ("moebius", Box::new(Grid::new(Shape::Moebius, 14, 40, 2))),
+        ("klein", Box::new(Grid::new(Shape::Klein, 16, 40, 2))),
+        ("blobs", Box::new(Blobs::new(20, 3000, 2).unwrap())),
+        ("soup", Box::new(Loose::new(Form::Soup, 500, 2))),
+        ("fan", Box::new(Loose::new(Form::Fan, 500, 2))),
+        ("cone", Box::new(Loose::new(Form::Cone, 500, 2))),
+        ("book", Box::new(Loose::new(Form::Book, 500, 2))),
+        ("stack", Box::new(Loose::new(Form::Stack, 500, 2))),
+    ]
+}
+
+#[test]
+fn defects_add_up() {
+    for each in [0, 1, 2, 5] {
+        for seed in 0..12 {
+            for (name, mesh) in one_of_each() {
+                let name = format!("{name} with {each} faults, seed {seed}");
+                let before = mesh.truth();
+                let cut = mesh.can_be_cut();
+                let mesh = Defects::new(mesh, each, seed).unwrap();
+                check(&name, &mesh);
+                let after = mesh.truth();
+                assert_eq!(after.degenerate, before.degenerate + each, "{name}");
+                assert_eq!(after.unreferenced, before.unreferenced + each, "{name}");
+                let cuts = if cut { each } else { 0 };
+                assert_eq!(after.duplicate, before.duplicate + cuts, "{name}");
+                assert_eq!(
+                    after.nonmanifold_edges,
+                    before.nonmanifold_edges + 4 * cuts,
+                    "{name}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_mesh_without_room_for_faults_is_refused() {
+    for n in 1..4 {
+        let error = Defects::new(Box::new(Sphere::new(n, 1)), 4, 1)
+            .err()
+            .map(|e| e.to_string());
+        assert!(error.is_some_and(|e| e.contains("larger mesh")), "n = {n}");
     }
 }

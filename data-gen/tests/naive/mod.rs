@@ -141,11 +141,8 @@ fn around_vertices(
     let mut at_vertex: BTreeMap<u64, BTreeSet<usize>> = BTreeMap::new();
     for (t, corners) in triangles.iter().enumerate() {
         if !is_degenerate(corners) {
-            for k in 0..3 {
-                at_vertex
-                    .entry(corners[k])
-                    .or_default()
-                    .insert(fans.find(3 * t + k));
+            for (k, &v) in corners.iter().enumerate() {
+                at_vertex.entry(v).or_default().insert(fans.find(3 * t + k));
             }
         }
     }
