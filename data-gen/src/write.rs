@@ -112,7 +112,8 @@ pub fn write(view: &View, target: &Target) -> Result<Truth, Error> {
         }
         Format::Stl => {
             let mut header = [0u8; 84];
-            header[..26].copy_from_slice(b"binary STL made by data-gen");
+            let title = b"binary STL made by data-gen";
+            header[..title.len()].copy_from_slice(title);
             header[80..].copy_from_slice(&(t as u32).to_le_bytes());
             write_triangles(view, target, Output::create(&target.path, &header)?)
         }

@@ -1,9 +1,8 @@
 //! The closed forms of every kind against naive counts, at many small sizes.
 
-mod naive;
-
 use std::collections::BTreeSet;
 
+use crate::naive;
 use data_gen::blobs::Blobs;
 use data_gen::defects::Defects;
 use data_gen::grid::{Grid, Shape};

@@ -1,0 +1,6 @@
+//! What `data-gen` claims of its meshes, against naive counts.
+
+mod files;
+mod kinds;
+mod naive;
+mod views;
