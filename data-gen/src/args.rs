@@ -9,7 +9,7 @@ use crate::defects::Defects;
 use crate::kinds::{Kind, Size};
 use crate::mesh::Mesh;
 use crate::view::{Options, Order, View};
-use crate::write::{Coords, Format, Index, Target, write};
+use crate::write::{Coords, Format, Index, Target, fits_u4, write};
 use crate::{Error, Truth};
 
 /// Writes a test mesh, and its exact counts as OUT.json beside it.
@@ -165,14 +165,12 @@ fn target(args: &Args, truth: &Truth) -> Result<Target, Error> {
             ))
         })?,
     };
-    let fits = truth.vertices <= 1 << 32;
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
+    let narrowest = if fits_u4(truth) { Index::U4 } else { Index::U8 };
     Ok(Target {
         path: args.output.clone(),
         format,
-        index: args
-            .index
-            .unwrap_or(if fits { Index::U4 } else { Index::U8 }),
+        index: args.index.unwrap_or(narrowest),
         coords: args.coords,
         positions: !args.no_positions,
         threads: args.threads.unwrap_or(threads).max(1),

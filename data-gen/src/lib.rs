@@ -13,6 +13,23 @@
 //! Nothing is kept per triangle or per vertex. Memory is one buffer of [`write::BLOCK`] bytes a thread
 //! and some kilobytes of tables, whatever the size of the mesh; I/O is one write of the output.
 //!
+//! ```text
+//! data-gen sphere -o sphere.npy --triangles 32M --shuffle --flip 0.3
+//! data-gen torus -o torus.ply --size 300x900 --defects --seed 7
+//! ```
+//!
+//! Beside OUT it writes `OUT.json`: the counts of [`Truth`], and what was asked for. They are exact for
+//! every order, flips and faults included. Orders and flips change no count but `flipped` and
+//! `inconsistent_edges`, and those two are counted over the closed-form neighbours while the triangles
+//! are written.
+//!
+//! **Welding.** A STL file has no vertex ids, so the counts beside it are those after welding by exact
+//! position: they differ from those of the mesh only in that unreferenced vertices do not exist. That
+//! holds because positions of referenced vertices stay distinct when rounded to f4, up to the sizes in
+//! each kind's [`Mesh::survives_welding`] (spheres: below 2^20 segments an edge, or 8.8e12 triangles);
+//! beyond them, and for the Klein bottle, which meets itself, STL is refused. For the other formats
+//! `welded_vertices` is the number of vertices after welding, null when that is not known.
+//!
 //! This crate is the oracle of Cornermill's tests and shares no code with it.
 
 pub mod args;

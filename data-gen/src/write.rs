@@ -92,6 +92,7 @@ impl Target {
 /// Writes the mesh, and returns its counts with those that only the flips decide.
 pub fn write(view: &View, target: &Target) -> Result<Truth, Error> {
     refuse_too_large(view.truth(), target)?;
+    forget(&target.truth_path())?;
     let truth = view.truth();
     let (t, n) = (truth.triangles, truth.vertices);
     let index = if target.index == Index::U4 {
@@ -139,12 +140,17 @@ pub fn write(view: &View, target: &Target) -> Result<Truth, Error> {
     }
 }
 
+/// Whether vertex ids fit 4 bytes with the all-ones value to spare, which readers use for "none".
+pub fn fits_u4(truth: &Truth) -> bool {
+    truth.vertices <= u64::from(u32::MAX)
+}
+
 fn refuse_too_large(truth: &Truth, target: &Target) -> Result<(), Error> {
     let narrow = target.index == Index::U4;
     let message = match target.format {
         Format::Stl if truth.triangles > u64::from(u32::MAX) => "STL counts triangles in 4 bytes",
-        Format::Ply if truth.vertices > 1 << 32 => "PLY has no ids wider than 4 bytes: use npy",
-        Format::Npy | Format::Raw if narrow && truth.vertices > 1 << 32 => {
+        Format::Ply if !fits_u4(truth) => "PLY has no ids wider than 4 bytes: use npy",
+        Format::Npy | Format::Raw if narrow && !fits_u4(truth) => {
             "vertex ids need 8 bytes: use --index u8"
         }
         _ => return Ok(()),
@@ -153,6 +159,14 @@ fn refuse_too_large(truth: &Truth, target: &Target) -> Result<(), Error> {
         "{} triangles and {} vertices are too many: {message}",
         truth.triangles, truth.vertices
     )))
+}
+
+/// Counts of an earlier file of that name must not stand beside one that is half written.
+fn forget(path: &Path) -> Result<(), Error> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Error::io(path)(error)),
+        _ => Ok(()),
+    }
 }
 
 fn ply_header(triangles: u64, vertices: u64, coords: Coords) -> Vec<u8> {

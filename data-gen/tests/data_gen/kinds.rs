@@ -189,3 +189,59 @@ fn a_mesh_without_room_for_faults_is_refused() {
         assert!(error.is_some_and(|e| e.contains("larger mesh")), "n = {n}");
     }
 }
+
+#[test]
+fn closed_forms_hold_at_sizes_that_no_disk_holds() {
+    let large: Vec<(&str, Box<dyn Mesh>)> = vec![
+        ("sphere", Box::new(Sphere::new(1 << 25, 1))),
+        (
+            "sphere of odd size",
+            Box::new(Sphere::new((1 << 24) - 1, 1)),
+        ),
+        (
+            "torus",
+            Box::new(Grid::new(Shape::Torus, (1 << 25) + 1, 1 << 24, 1)),
+        ),
+        (
+            "moebius",
+            Box::new(Grid::new(Shape::Moebius, 1 << 25, (1 << 24) + 1, 1)),
+        ),
+        (
+            "blobs",
+            Box::new(Blobs::new(1_000_000, 1 << 42, 1).unwrap()),
+        ),
+        ("cone", Box::new(Loose::new(Form::Cone, 1 << 40, 1))),
+    ];
+    for (name, mesh) in large {
+        let truth = mesh.truth();
+        // Spread over the mesh, and the places where a half ends or begins.
+        let spread = (0..1000).map(|i| truth.triangles / 1000 * i);
+        let edges = [truth.triangles / 2, truth.triangles];
+        let edges = edges
+            .into_iter()
+            .flat_map(|end| end - 3..(end + 3).min(truth.triangles));
+        for t in spread.chain(edges).chain(0..3) {
+            let corners = mesh.triangle(t);
+            for (k, link) in mesh.neighbours(t).into_iter().enumerate() {
+                let Some(link) = link else { continue };
+                let (a, b) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
+                let other = mesh.triangle(link.triangle);
+                assert!(other.contains(&a) && other.contains(&b), "{name}: {t}");
+                assert!(!other.contains(&corners[k]), "{name}: {t}");
+                let back = mesh.neighbours(link.triangle);
+                assert!(
+                    back.iter().flatten().any(|l| l.triangle == t),
+                    "{name}: {t}"
+                );
+            }
+            assert!(mesh.across(t) < truth.triangles, "{name}: {t}");
+            for v in corners {
+                assert!(v < truth.vertices, "{name}: {t}");
+                assert!(
+                    mesh.position(v).iter().all(|c| c.is_finite()),
+                    "{name}: {v}"
+                );
+            }
+        }
+    }
+}
