@@ -8,6 +8,11 @@
 //!
 //! Memory: fixed buffers, whatever the file claims. I/O: the input once; V and G written once.
 
+pub mod reader;
+pub mod sink;
+#[cfg(test)]
+pub(crate) mod testing;
+
 use crate::disk::{DataFile, ScratchFile};
 use crate::folder::InputEntry;
 use std::path::PathBuf;

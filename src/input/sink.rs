@@ -1,0 +1,480 @@
+//! Where a decoder puts the mesh: indices to a scratch file, coordinates to `G.npy`.
+//!
+//! Why nothing depends on what a file claims: a vertex or triangle is written when it has been
+//! decoded, and a face of any number of corners is cut into its fan while it streams past
+//! (first corner, previous, this one), so three ids are all that is ever held of it.
+//!
+//! Indices are stored as 4 bytes until one does not fit, or the corners outnumber the ids of 4
+//! bytes; the scratch file is then widened in place, once, from its end to its start (a block
+//! of 8-byte values never reaches the 4-byte values that lie before it).
+//!
+//! Memory: two buffers of 1 MiB (less when the budget is tight). I/O: V and G written once; a
+//! mesh that outgrows 4 bytes reads and writes its V once more.
+
+use super::reader::lease_buffer;
+use super::{CoordArray, CoordKind, Endian, IndexArray, IndexKind, Mesh, Request, Source};
+use crate::disk::{DataFile, Lease, ScratchFile, Workspace};
+use crate::error::{Error, Result};
+use crate::folder::npy::DATA_START;
+use crate::folder::{InputDigest, InputEntry};
+use std::path::PathBuf;
+
+/// The first id that 4 bytes do not hold: all ones is NONE.
+const NARROW_IDS: u64 = u32::MAX as u64;
+/// A multiple of every record written (12 and 24 bytes), and room for 16 of them.
+const LEAST: usize = 384;
+
+/// Takes vertices and faces in file order and makes a [`Mesh`] of them.
+#[derive(Debug)]
+pub struct MeshSink {
+    path: PathBuf,
+    v: ScratchFile,
+    v_buf: Vec<u8>,
+    v_len: usize,
+    wide: bool,
+    triangles: u64,
+    /// Triangles that 4-byte corner ids allow.
+    narrow_triangles: u64,
+    g: DataFile,
+    g_buf: Vec<u8>,
+    g_len: usize,
+    g_at: u64,
+    kind: CoordKind,
+    vertices: u64,
+    polygons_fanned: u64,
+    fan: Fan,
+    _leases: [Lease; 2],
+}
+
+/// The face that is being streamed.
+#[derive(Clone, Copy, Debug, Default)]
+struct Fan {
+    first: u64,
+    last: u64,
+    corners: u64,
+}
+
+impl MeshSink {
+    /// A sink for the mesh in `path` (its name in messages), with coordinates of type `kind`
+    /// unless the request says otherwise. Creates `G.npy`, which must not exist.
+    ///
+    /// # Errors
+    /// [`Error::Io`], [`Error::Budget`] for the buffers.
+    pub fn new(
+        ws: &Workspace,
+        request: &Request,
+        path: &std::path::Path,
+        kind: CoordKind,
+    ) -> Result<MeshSink> {
+        let (v_bytes, v_lease) = lease_buffer(&ws.budget, "the buffer for indices", LEAST)?;
+        let (g_bytes, g_lease) = lease_buffer(&ws.budget, "the buffer for coordinates", LEAST)?;
+        Ok(MeshSink {
+            path: path.to_owned(),
+            v: ws.scratch.file("indices")?,
+            v_buf: vec![0; v_bytes / 24 * 24],
+            v_len: 0,
+            wide: request.wide,
+            triangles: 0,
+            narrow_triangles: (NARROW_IDS - 1) / 3,
+            g: DataFile::create_new(&request.g_path, &ws.io)?,
+            g_buf: vec![0; g_bytes / 24 * 24],
+            g_len: 0,
+            g_at: DATA_START,
+            kind: request.coords.unwrap_or(kind),
+            vertices: 0,
+            polygons_fanned: 0,
+            fan: Fan::default(),
+            _leases: [v_lease, g_lease],
+        })
+    }
+
+    /// Type that coordinates are stored as.
+    pub fn kind(&self) -> CoordKind {
+        self.kind
+    }
+
+    /// Vertices so far.
+    pub fn vertices(&self) -> u64 {
+        self.vertices
+    }
+
+    /// Triangles so far.
+    pub fn triangles(&self) -> u64 {
+        self.triangles
+    }
+
+    /// Adds a vertex of the mesh whose coordinates are f4; stored bit by bit when G is f4.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    #[inline]
+    pub fn vertex4(&mut self, [x, y, z]: [f32; 3]) -> Result<()> {
+        match self.kind {
+            CoordKind::F4 => self.put4([x, y, z]),
+            CoordKind::F8 => self.put8([x.into(), y.into(), z.into()]),
+        }
+    }
+
+    /// Adds a vertex of the mesh whose coordinates are f8, rounded when G is f4.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when a finite coordinate is beyond what f4 holds, [`Error::Io`].
+    #[inline]
+    pub fn vertex8(&mut self, at: [f64; 3]) -> Result<()> {
+        match self.kind {
+            CoordKind::F8 => self.put8(at),
+            CoordKind::F4 => {
+                let near = at.map(|c| c as f32);
+                for (c, near) in at.into_iter().zip(near) {
+                    if c.is_finite() && near.is_infinite() {
+                        return Err(self.beyond_f4(c));
+                    }
+                }
+                self.put4(near)
+            }
+        }
+    }
+
+    #[cold]
+    fn beyond_f4(&self, c: f64) -> Error {
+        Error::input(
+            &self.path,
+            format!("vertex {}", self.vertices),
+            "a coordinate that 4 bytes hold",
+            format!("{c:e}"),
+            "store coordinates as 8 bytes: --coords f8",
+        )
+    }
+
+    fn put4(&mut self, at: [f32; 3]) -> Result<()> {
+        if self.g_buf.len() - self.g_len < 12 {
+            self.flush_g()?;
+        }
+        let out = &mut self.g_buf[self.g_len..self.g_len + 12];
+        for (out, c) in out.chunks_exact_mut(4).zip(at) {
+            out.copy_from_slice(&c.to_bits().to_le_bytes());
+        }
+        self.g_len += 12;
+        self.vertices += 1;
+        Ok(())
+    }
+
+    fn put8(&mut self, at: [f64; 3]) -> Result<()> {
+        if self.g_buf.len() - self.g_len < 24 {
+            self.flush_g()?;
+        }
+        let out = &mut self.g_buf[self.g_len..self.g_len + 24];
+        for (out, c) in out.chunks_exact_mut(8).zip(at) {
+            out.copy_from_slice(&c.to_bits().to_le_bytes());
+        }
+        self.g_len += 24;
+        self.vertices += 1;
+        Ok(())
+    }
+
+    /// Room for whole vertices as they are stored (little-endian, of type
+    /// [`kind`](MeshSink::kind)), never empty; tell [`vertices_put`](MeshSink::vertices_put)
+    /// how many were written.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn vertex_room(&mut self) -> Result<&mut [u8]> {
+        if self.g_len == self.g_buf.len() {
+            self.flush_g()?;
+        }
+        Ok(&mut self.g_buf[self.g_len..])
+    }
+
+    /// `n` vertices were written to the start of [`vertex_room`](MeshSink::vertex_room).
+    pub fn vertices_put(&mut self, n: usize) {
+        let bytes = match self.kind {
+            CoordKind::F4 => 12,
+            CoordKind::F8 => 24,
+        };
+        self.g_len += n * bytes;
+        debug_assert!(self.g_len <= self.g_buf.len());
+        self.vertices += n as u64;
+    }
+
+    fn flush_g(&mut self) -> Result<()> {
+        self.g.write_at(&self.g_buf[..self.g_len], self.g_at)?;
+        self.g_at += self.g_len as u64;
+        self.g_len = 0;
+        Ok(())
+    }
+
+    /// Adds a triangle.
+    ///
+    /// # Errors
+    /// [`Error::Io`], [`Error::DiskLimit`].
+    #[inline]
+    pub fn triangle(&mut self, corners: [u64; 3]) -> Result<()> {
+        if !self.wide {
+            let fits = corners.iter().all(|&v| v < NARROW_IDS);
+            if fits && self.triangles < self.narrow_triangles {
+                let room = self.triangle_room()?;
+                for (out, v) in room[..12].chunks_exact_mut(4).zip(corners) {
+                    out.copy_from_slice(&(v as u32).to_le_bytes());
+                }
+                self.triangles_put(1);
+                return Ok(());
+            }
+            self.widen()?;
+        }
+        if self.v_buf.len() - self.v_len < 24 {
+            self.flush_v()?;
+        }
+        let out = &mut self.v_buf[self.v_len..self.v_len + 24];
+        for (out, v) in out.chunks_exact_mut(8).zip(corners) {
+            out.copy_from_slice(&v.to_le_bytes());
+        }
+        self.v_len += 24;
+        self.triangles += 1;
+        Ok(())
+    }
+
+    /// Room for whole triangles of 4-byte little-endian ids below 2^32 - 1: empty once ids are
+    /// stored as 8 bytes (use [`triangle`](MeshSink::triangle) then). Tell
+    /// [`triangles_put`](MeshSink::triangles_put) how many were written.
+    ///
+    /// # Errors
+    /// [`Error::Io`], [`Error::DiskLimit`].
+    #[inline]
+    pub fn triangle_room(&mut self) -> Result<&mut [u8]> {
+        if self.wide {
+            return Ok(&mut []);
+        }
+        if self.v_buf.len() - self.v_len < 12 {
+            self.flush_v()?;
+        }
+        let left = self.narrow_triangles - self.triangles;
+        let room = ((self.v_buf.len() - self.v_len) / 12).min(usize::try_from(left).unwrap_or(0));
+        Ok(&mut self.v_buf[self.v_len..self.v_len + room * 12])
+    }
+
+    /// `n` triangles were written to the start of [`triangle_room`](MeshSink::triangle_room).
+    #[inline]
+    pub fn triangles_put(&mut self, n: usize) {
+        self.v_len += n * 12;
+        debug_assert!(self.v_len <= self.v_buf.len());
+        self.triangles += n as u64;
+    }
+
+    fn flush_v(&mut self) -> Result<()> {
+        self.v.append(&self.v_buf[..self.v_len])?;
+        self.v_len = 0;
+        Ok(())
+    }
+
+    /// Rewrites the 4-byte ids so far as 8-byte ids, block by block from the end.
+    fn widen(&mut self) -> Result<()> {
+        self.flush_v()?;
+        self.wide = true;
+        let step = self.v_buf.len() / 12;
+        let (narrow, wide) = self.v_buf.split_at_mut(step * 4);
+        let mut end = self.triangles * 3;
+        while end > 0 {
+            let n = end.min(step as u64) as usize;
+            let begin = end - n as u64;
+            self.v.read_at(&mut narrow[..n * 4], begin * 4)?;
+            for (out, v) in wide
+                .chunks_exact_mut(8)
+                .zip(narrow[..n * 4].chunks_exact(4))
+            {
+                out[..4].copy_from_slice(v);
+                out[4..].fill(0);
+            }
+            self.v.write_at(&wide[..n * 8], begin * 8)?;
+            end = begin;
+        }
+        Ok(())
+    }
+
+    /// Begins a face of any number of corners, to be given one by one.
+    #[inline]
+    pub fn begin_face(&mut self) {
+        self.fan = Fan::default();
+    }
+
+    /// The next corner of the face that was begun; from the third on each makes a triangle.
+    ///
+    /// # Errors
+    /// [`Error::Io`], [`Error::DiskLimit`].
+    #[inline]
+    pub fn corner(&mut self, v: u64) -> Result<()> {
+        let Fan {
+            first,
+            last,
+            corners,
+        } = self.fan;
+        self.fan = Fan {
+            first: if corners == 0 { v } else { first },
+            last: v,
+            corners: corners + 1,
+        };
+        if corners >= 2 {
+            self.triangle([first, last, v])?;
+        }
+        Ok(())
+    }
+
+    /// Ends the face and returns its number of corners.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for fewer than three; `at` says where the face is.
+    #[inline]
+    pub fn end_face(&mut self, at: impl FnOnce() -> String) -> Result<u64> {
+        let corners = self.fan.corners;
+        if corners < 3 {
+            return Err(Error::input(
+                &self.path,
+                at(),
+                "a face of at least 3 corners",
+                match corners {
+                    1 => "1 corner".into(),
+                    n => format!("{n} corners"),
+                },
+                "remove the face; Cornermill drops none on its own",
+            ));
+        }
+        self.polygons_fanned += u64::from(corners > 3);
+        Ok(corners)
+    }
+
+    /// Writes what is buffered and hands over the mesh.
+    ///
+    /// # Errors
+    /// [`Error::Io`], [`Error::DiskLimit`].
+    pub fn finish(mut self, format: &str, digest: InputDigest) -> Result<Mesh> {
+        self.flush_v()?;
+        self.flush_g()?;
+        // Without a vertex nothing was written behind the hole for the header.
+        self.g.set_len(self.g_at)?;
+        Ok(Mesh {
+            v: IndexArray {
+                source: Source::Scratch(self.v),
+                at: 0,
+                kind: if self.wide {
+                    IndexKind::U8
+                } else {
+                    IndexKind::U4
+                },
+                endian: Endian::Little,
+                triangles: self.triangles,
+            },
+            g: Some(CoordArray {
+                source: Source::Named(self.g),
+                at: DATA_START,
+                kind: self.kind,
+                endian: Endian::Little,
+                vertices: self.vertices,
+                placed: true,
+            }),
+            vertices: None,
+            polygons_fanned: self.polygons_fanned,
+            welded: false,
+            entry: InputEntry {
+                format: format.into(),
+                files: vec![digest],
+            },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::testing;
+
+    fn digest() -> InputDigest {
+        InputDigest {
+            bytes: 0,
+            xxh3: String::new(),
+        }
+    }
+
+    #[test]
+    fn widens_once_by_id_or_by_number_of_corners() {
+        let dir = tempfile::tempdir().unwrap();
+        // A tight budget, so that widening takes many blocks.
+        let ws = testing::workspace(dir.path(), 100 << 10);
+        for (limit, big, kind) in [
+            (u64::MAX, 0, IndexKind::U4),
+            (u64::MAX, 1 << 40, IndexKind::U8),
+            (u64::MAX, NARROW_IDS - 1, IndexKind::U4),
+            (u64::MAX, NARROW_IDS, IndexKind::U8),
+            (4999, 0, IndexKind::U8),
+            (5000, 0, IndexKind::U4),
+        ] {
+            let request = testing::request(dir.path(), dir.path());
+            let mut sink = MeshSink::new(&ws, &request, dir.path(), CoordKind::F4).unwrap();
+            sink.narrow_triangles = sink.narrow_triangles.min(limit);
+            let mesh: Vec<[u64; 3]> = (0..5000u64)
+                .map(|t| [t, t * 7, if t == 4000 { big } else { 1 }])
+                .collect();
+            mesh.iter().for_each(|&t| sink.triangle(t).unwrap());
+            let mesh_back = sink.finish("test", digest()).unwrap();
+            assert_eq!(mesh_back.v.kind, kind, "{limit} {big}");
+            assert_eq!(testing::triangles(&mesh_back), mesh);
+            assert!(testing::bits(&mesh_back).is_empty());
+        }
+        assert_eq!((ws.budget.used(), ws.scratch.used()), (0, 0));
+    }
+
+    #[test]
+    fn the_width_of_the_largest_narrow_mesh() {
+        // 3T stays below 2^32 - 1.
+        assert!((NARROW_IDS - 1) / 3 * 3 < NARROW_IDS);
+        assert!(((NARROW_IDS - 1) / 3 + 1) * 3 >= NARROW_IDS);
+    }
+
+    #[test]
+    fn coordinates_keep_their_bits_or_are_converted_on_request() {
+        let dir = tempfile::tempdir().unwrap();
+        let ws = testing::workspace(dir.path(), 100 << 10);
+        let signalling = f32::from_bits(0x7fa0_1234);
+        let make = |coords, at: [f64; 3]| {
+            let mut request = testing::request(dir.path(), dir.path());
+            request.coords = coords;
+            let mut sink = MeshSink::new(&ws, &request, dir.path(), CoordKind::F4)?;
+            for _ in 0..3000 {
+                sink.vertex4([signalling, -0.0, 1.0])?;
+            }
+            sink.vertex8(at)?;
+            sink.finish("test", digest())
+        };
+        let mesh = make(None, [0.1, f64::INFINITY, 1.0]).unwrap();
+        let bits = testing::bits(&mesh);
+        assert_eq!(bits[8997..9000], [0x7fa0_1234, 0x8000_0000, 0x3f80_0000]);
+        assert_eq!(bits[9000], u64::from(0.1f32.to_bits()));
+        let mesh = make(Some(CoordKind::F8), [0.1, f64::INFINITY, 1.0]).unwrap();
+        assert_eq!(testing::bits(&mesh)[9000], 0.1f64.to_bits());
+        let error = make(None, [0.0, 1e39, 1.0]).unwrap_err().to_string();
+        assert!(
+            error.contains("vertex 3000") && error.contains("1e39"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn fans_polygons_and_names_faces_too_small() {
+        let dir = tempfile::tempdir().unwrap();
+        let ws = testing::workspace(dir.path(), 1 << 20);
+        let request = testing::request(dir.path(), dir.path());
+        let mut sink = MeshSink::new(&ws, &request, dir.path(), CoordKind::F4).unwrap();
+        for face in [&[5, 6, 7][..], &[1, 2, 3, 4, 9], &[0, 0, 0, 0]] {
+            sink.begin_face();
+            face.iter().for_each(|&v| sink.corner(v).unwrap());
+            sink.end_face(String::new).unwrap();
+        }
+        sink.begin_face();
+        sink.corner(1).unwrap();
+        let error = sink.end_face(|| "line 7".into()).unwrap_err().to_string();
+        assert!(error.contains("line 7: expected a face of at least 3 corners, found 1 corner"));
+        let mesh = sink.finish("test", digest()).unwrap();
+        assert_eq!(mesh.polygons_fanned, 2);
+        let (a, b) = ([0, 0, 0], [5, 6, 7]);
+        let fan = [b, [1, 2, 3], [1, 3, 4], [1, 4, 9], a, a];
+        assert_eq!(testing::triangles(&mesh), fan);
+    }
+}
