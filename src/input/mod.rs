@@ -1,6 +1,6 @@
 //! Formats to V and G: PLY, STL, OBJ, OFF, `.npy` and raw arrays; welding.
 //!
-//! Two ways in. Arrays ([`arrays`](self)) are used where they lie: the build reads their
+//! Two ways in. Arrays ([`arrays`]) are used where they lie: the build reads their
 //! triangles straight from the user's file. Everything else is decoded in one streaming pass:
 //! indices go to a scratch file, coordinates to the file that becomes the folder's `G.npy`.
 //! Indices are *not* checked against the number of vertices here (elements come in any order);
@@ -8,6 +8,7 @@
 //!
 //! Memory: fixed buffers, whatever the file claims. I/O: the input once; V and G written once.
 
+pub mod arrays;
 pub mod reader;
 pub mod sink;
 #[cfg(test)]
