@@ -2,6 +2,7 @@
 //! table* on disk: for every corner its vertex (V) and its opposite corner (O), every
 //! triangle consistently oriented and labelled with its component.
 
+pub mod build;
 pub mod chunk;
 pub mod corner;
 pub mod disk;

@@ -61,6 +61,22 @@ impl Measure {
         }
     }
 
+    /// Takes in what another gathered; `flipped` when it was oriented the other way.
+    pub fn merge(&mut self, other: &Measure, flipped: bool) {
+        self.six_input += other.six_input;
+        self.six_oriented += if flipped {
+            -other.six_oriented
+        } else {
+            other.six_oriented
+        };
+        self.area += other.area;
+        for a in 0..3 {
+            self.min[a] = self.min[a].min(other.min[a]);
+            self.max[a] = self.max[a].max(other.max[a]);
+        }
+        self.nonfinite |= other.nonfinite;
+    }
+
     #[inline]
     fn stretch(&mut self, p: &[f64; 3]) {
         for (a, &x) in p.iter().enumerate() {

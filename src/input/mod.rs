@@ -160,3 +160,15 @@ pub struct Request {
     /// Where decoded coordinates go: the new folder's `G.npy`. Data starts at byte 4096.
     pub g_path: PathBuf,
 }
+
+/// Opens a mesh.
+///
+/// # Errors
+/// As the formats.
+pub fn open(ws: &crate::disk::Workspace, request: &Request) -> crate::Result<Mesh> {
+    if request.raw_index.is_some() {
+        arrays::open_raw(ws, request)
+    } else {
+        arrays::open_npy(ws, request)
+    }
+}

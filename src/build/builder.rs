@@ -1,0 +1,247 @@
+//! The builder: the same options as the command line, and the one call that runs a build.
+
+use super::pipeline::{BuildReport, Clock, Wishes, run};
+use super::plan::{Plan, Shape};
+use super::staging::{Staging, parent};
+use crate::disk::{Budget, Counters, NoProgress, Progress, Scratch, Workers, Workspace};
+use crate::error::{Error, Result};
+use crate::folder::{self, Orient};
+use crate::input::{self, CoordKind, Endian, Format, IndexKind, Request};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Width of the indices that a build writes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Index {
+    /// 4 bytes while 3T and N stay below 2^32 - 1, else 8.
+    #[default]
+    Auto,
+    /// 4 bytes; a larger mesh is refused.
+    U4,
+    /// 8 bytes.
+    U8,
+}
+
+/// What a build would take, from the input's own counts.
+#[derive(Clone, Copy, Debug)]
+pub struct Prediction {
+    /// Sizes of the mesh, as its header says.
+    pub shape: Shape,
+    /// How the budget would be cut up.
+    pub plan: Plan,
+    /// The least budget, in bytes.
+    pub least_memory: u64,
+    /// Bytes of the finished folder.
+    pub output: u64,
+    /// Scratch space for a coherent mesh and for the worst order, in bytes.
+    pub scratch: (u64, u64),
+}
+
+/// Builds a mesh folder from a mesh file.
+///
+/// Memory: the stated budget and at most 64 MiB. I/O: see [`crate::build`].
+#[derive(Clone)]
+pub struct Builder {
+    request: Request,
+    memory: u64,
+    threads: usize,
+    tmp: Vec<PathBuf>,
+    max_disk: u64,
+    orient: Orient,
+    index: Index,
+    force: bool,
+    chunk: Option<u64>,
+    buckets: Option<usize>,
+    progress: Arc<dyn Progress>,
+}
+
+impl Builder {
+    /// A builder for the mesh in `input` (`-` is standard input) with default options: 1 GiB,
+    /// all threads, scratch beside the output, outward orientation.
+    pub fn new(input: impl Into<PathBuf>) -> Builder {
+        let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
+        Builder {
+            request: Request {
+                path: input.into(),
+                positions: None,
+                weld: None,
+                coords: None,
+                raw_index: None,
+                endian: Endian::Little,
+                vertices: None,
+                format: None,
+                wide: false,
+                g_path: PathBuf::new(),
+            },
+            memory: 1 << 30,
+            threads,
+            tmp: Vec::new(),
+            max_disk: u64::MAX,
+            orient: Orient::Outward,
+            index: Index::Auto,
+            force: false,
+            chunk: None,
+            buckets: None,
+            progress: Arc::new(NoProgress),
+        }
+    }
+
+    /// The memory budget in bytes: buffers, tables, windows of every thread.
+    pub fn memory(mut self, bytes: u64) -> Self {
+        self.memory = bytes;
+        self
+    }
+
+    /// Number of threads. The output does not depend on it.
+    pub fn threads(mut self, threads: usize) -> Self {
+        self.threads = threads;
+        self
+    }
+
+    /// Adds a folder for scratch files; several are used by turns.
+    pub fn tmp(mut self, dir: impl Into<PathBuf>) -> Self {
+        self.tmp.push(dir.into());
+        self
+    }
+
+    /// The most scratch space to use, in bytes.
+    pub fn max_disk(mut self, bytes: u64) -> Self {
+        self.max_disk = bytes;
+        self
+    }
+
+    /// How triangles are oriented.
+    pub fn orient(mut self, orient: Orient) -> Self {
+        self.orient = orient;
+        self
+    }
+
+    /// Width of the indices.
+    pub fn index(mut self, index: Index) -> Self {
+        self.index = index;
+        self
+    }
+
+    /// Type of the stored coordinates; by default as the input has them, f4 for text.
+    pub fn coords(mut self, kind: CoordKind) -> Self {
+        self.request.coords = Some(kind);
+        self
+    }
+
+    /// Welds vertices of equal position (true), or refuses to where the format demands it.
+    pub fn weld(mut self, weld: bool) -> Self {
+        self.request.weld = Some(weld);
+        self
+    }
+
+    /// File of coordinates beside an `.npy` or raw array of indices.
+    pub fn positions(mut self, path: impl Into<PathBuf>) -> Self {
+        self.request.positions = Some(path.into());
+        self
+    }
+
+    /// The input is a raw array of such indices.
+    pub fn raw_index(mut self, kind: IndexKind) -> Self {
+        self.request.raw_index = Some(kind);
+        self
+    }
+
+    /// Byte order of raw arrays.
+    pub fn endian(mut self, endian: Endian) -> Self {
+        self.request.endian = endian;
+        self
+    }
+
+    /// Number of vertices of a raw or `.npy` array of indices.
+    pub fn vertices(mut self, vertices: u64) -> Self {
+        self.request.vertices = Some(vertices);
+        self
+    }
+
+    /// The input's format, instead of looking at its name and first bytes.
+    pub fn format(mut self, format: Format) -> Self {
+        self.request.format = Some(format);
+        self
+    }
+
+    /// Replaces an existing output.
+    pub fn force(mut self, force: bool) -> Self {
+        self.force = force;
+        self
+    }
+
+    /// Where progress goes.
+    pub fn progress(mut self, progress: Arc<dyn Progress>) -> Self {
+        self.progress = progress;
+        self
+    }
+
+    /// For tests: triangles of a chunk. The output does not depend on it.
+    #[doc(hidden)]
+    pub fn chunk_triangles(mut self, triangles: u64) -> Self {
+        self.chunk = Some(triangles.max(1));
+        self
+    }
+
+    /// For tests: buckets of a shuffle. The output does not depend on it.
+    #[doc(hidden)]
+    pub fn buckets(mut self, buckets: usize) -> Self {
+        self.buckets = Some(buckets);
+        self
+    }
+
+    /// Builds the folder `output`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for contradictory options or an existing output, [`Error::Input`] for a
+    /// file that is not what its format demands, [`Error::Budget`] with the least budget that
+    /// would do, [`Error::DiskLimit`], [`Error::Io`].
+    pub fn build(&self, output: &Path) -> Result<BuildReport> {
+        let staging = Staging::new(output, self.force)?;
+        let ws = self.workspace(output)?;
+        let mut request = self.request.clone();
+        request.g_path = staging.path().join(folder::G);
+        request.wide = self.index == Index::U8;
+        let mut clock = Clock::new(&ws);
+        let mesh = clock.pass("read", "bytes", 0, || input::open(&ws, &request))?;
+        self.check_width(mesh.v.triangles, mesh.g.as_ref().map(|g| g.vertices))?;
+        let wishes = Wishes {
+            orient: self.orient,
+            wide: request.wide,
+            coords: request.coords,
+            chunk: self.chunk,
+            buckets: self.buckets,
+        };
+        run(clock, &mesh, &wishes, staging)
+    }
+
+    fn workspace(&self, output: &Path) -> Result<Workspace> {
+        let io = Arc::new(Counters::default());
+        let beside = [parent(output).to_owned()];
+        let dirs = if self.tmp.is_empty() {
+            &beside[..]
+        } else {
+            &self.tmp
+        };
+        Ok(Workspace {
+            budget: Budget::new(self.memory),
+            scratch: Scratch::new(dirs, self.max_disk, &io)?,
+            io,
+            workers: Workers::new(self.threads)?,
+            progress: Arc::clone(&self.progress),
+        })
+    }
+
+    fn check_width(&self, triangles: u64, vertices: Option<u64>) -> Result<()> {
+        let none = u64::from(u32::MAX);
+        if self.index == Index::U4
+            && (triangles > (none - 1) / 3 || vertices.is_some_and(|n| n >= none))
+        {
+            return Err(Error::Usage(format!(
+                "--index u4 cannot number {triangles} triangles and {} vertices; use auto or u8",
+                vertices.unwrap_or(0)
+            )));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,421 @@
+//! Chunks: settles in each chunk what can be settled there, in parallel, each thread with its
+//! own scratch memory.
+//!
+//! Why it works: see [`pair`](crate::chunk::pair) and [`swirl`](crate::chunk::swirl). O, V and
+//! the local labels of a chunk are contiguous ranges, written where they belong as if each
+//! local component's first triangle kept its orientation and its label; the finish pass
+//! rewrites only what turns out otherwise. What hangs on edges between two seam vertices goes
+//! to the seam pass with its chunk-local component and flip.
+//!
+//! Memory: [`Shape::chunk_bytes`](super::plan::Shape::chunk_bytes) for each triangle of a chunk
+//! and thread, two writers a thread, 40 bytes a chunk. I/O: V read once, G once when coherent;
+//! V, O, component written once; seam records and 16 bytes a local component to scratch.
+
+use super::Job;
+use super::arrays::{CoordReader, OutArray, TriangleReader, bad_index};
+use super::records::{EdgeCorner, LocalCount, MeasureRecord};
+use super::scan::Seams;
+use crate::chunk::grid::Grid;
+use crate::chunk::ids::LocalIds;
+use crate::chunk::measure::{Coord, Measure, measure};
+use crate::chunk::pair::{Pairs, SPECIAL};
+use crate::chunk::swirl::{NO_COMPONENT, Swirl};
+use crate::corner::{Index, flip_k, next_k, prev_k};
+use crate::disk::{Lease, ScratchFile};
+use crate::error::Result;
+use crate::shuffle::{Shuffle, Writer};
+use std::sync::Mutex;
+
+/// What later passes need to know of a chunk.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ChunkInfo {
+    /// Number of its local components.
+    pub locals: u32,
+    /// Its degenerate triangles.
+    pub degenerate: u32,
+    /// Where its [`LocalCount`]s lie in the counts file.
+    pub counts_at: u64,
+    /// Where its [`MeasureRecord`]s lie in the measures file; `None` when they are deferred, or
+    /// the mesh has no coordinates.
+    pub measures_at: Option<u64>,
+    /// True when the swirl flipped a triangle in it.
+    pub flips: bool,
+}
+
+/// What the chunk pass found in all chunks together.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Settled {
+    /// Regular edges.
+    pub regular: u64,
+    /// Border edges.
+    pub borders: u64,
+    /// Non-manifold edges.
+    pub nonmanifold: u64,
+    /// Regular edges whose triangles disagreed.
+    pub inconsistent: u64,
+    /// Degenerate triangles.
+    pub degenerate: u64,
+    /// Corners spilled to the seam pass.
+    pub spilled: u64,
+}
+
+/// What the chunk pass leaves in memory and scratch.
+pub struct Chunked {
+    /// By chunk.
+    pub infos: Vec<ChunkInfo>,
+    /// Number of local components in the chunks before each, and in all at the end.
+    pub base: Vec<u64>,
+    /// [`LocalCount`] of every local component.
+    pub counts: ScratchFile,
+    /// [`MeasureRecord`] of the local components of chunks that were measured.
+    pub measures: ScratchFile,
+    /// Packed flip bits, [`Job::flip_bytes`] for each chunk that has flips.
+    pub flips: ScratchFile,
+    /// Totals.
+    pub settled: Settled,
+    _lease: Lease,
+}
+
+/// The shuffles and files that chunks write to.
+pub struct Sinks<'a, W: Index> {
+    /// Corners on edges between two seam vertices.
+    pub edges: &'a Shuffle<EdgeCorner<W>>,
+    /// Corners on settled non-manifold edges.
+    pub cuts: &'a Shuffle<EdgeCorner<W>>,
+    /// V of the new folder.
+    pub v: &'a OutArray,
+    /// O of the new folder.
+    pub o: &'a OutArray,
+    /// Component of the new folder; local labels until the finish pass.
+    pub component: &'a OutArray,
+}
+
+/// Scratch memory of one thread.
+struct Thread<'a, I, W: Index, X> {
+    reader: TriangleReader<'a, I>,
+    coords: Option<CoordReader<'a, X>>,
+    edges: Writer<'a, EdgeCorner<W>>,
+    cuts: Writer<'a, EdgeCorner<W>>,
+    kernels: Kernels,
+    out: Vec<I>,
+    counts: Vec<LocalCount>,
+    measures: Vec<Measure>,
+    records: Vec<MeasureRecord>,
+    bits: Vec<u8>,
+    settled: Settled,
+}
+
+#[derive(Default)]
+struct Kernels {
+    ids: LocalIds,
+    seam: Vec<bool>,
+    pairs: Pairs,
+    swirl: Swirl,
+}
+
+/// Runs the chunk pass.
+///
+/// # Errors
+/// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`];
+/// [`crate::Error::Input`] when the input changed since the scan.
+pub fn chunks<I: Index, W: Index, X: Coord>(
+    job: &Job,
+    seams: &Seams,
+    grid: &Grid,
+    sinks: &Sinks<W>,
+) -> Result<Chunked> {
+    let ws = job.ws;
+    let chunks = job.plan.chunks(job.shape.triangles);
+    let table = chunks * (size_of::<ChunkInfo>() as u64 + 8);
+    let lease = ws.budget.lease("the table of chunks", table)?;
+    let _scratch = job.chunk_lease("chunks")?;
+    let infos = Mutex::new(vec![ChunkInfo::default(); chunks as usize]);
+    let counts = ws.scratch.file("counts of local components")?;
+    let measures = ws.scratch.file("measures of local components")?;
+    let flips = ws.scratch.file("flips")?;
+    let settled = Mutex::new(Settled::default());
+    let out = Outputs {
+        counts: &counts,
+        measures: &measures,
+        flips: &flips,
+    };
+    ws.workers.run(
+        chunks,
+        || Thread::<I, W, X>::new(job, sinks),
+        |thread, chunk| {
+            let info = thread.chunk(job, seams, grid, sinks, &out, chunk)?;
+            infos.lock().unwrap_or_else(|e| e.into_inner())[chunk as usize] = info;
+            ws.progress.advance(job.chunk_range(chunk).1);
+            ws.progress.usage(ws.budget.used(), ws.scratch.used());
+            Ok(())
+        },
+        |thread| {
+            settled
+                .lock()
+                .unwrap_or_else(|e| e.into_inner())
+                .merge(&thread.settled);
+            thread.edges.finish()?;
+            thread.cuts.finish()
+        },
+    )?;
+    let infos = infos.into_inner().unwrap_or_else(|e| e.into_inner());
+    let mut base = Vec::with_capacity(infos.len() + 1);
+    let mut sum = 0;
+    for info in &infos {
+        base.push(sum);
+        sum += u64::from(info.locals);
+    }
+    base.push(sum);
+    Ok(Chunked {
+        infos,
+        base,
+        counts,
+        measures,
+        flips,
+        settled: settled.into_inner().unwrap_or_else(|e| e.into_inner()),
+        _lease: lease,
+    })
+}
+
+impl Settled {
+    pub(super) fn merge(&mut self, other: &Settled) {
+        self.regular += other.regular;
+        self.borders += other.borders;
+        self.nonmanifold += other.nonmanifold;
+        self.inconsistent += other.inconsistent;
+        self.degenerate += other.degenerate;
+        self.spilled += other.spilled;
+    }
+}
+
+/// The scratch files that chunks append to.
+struct Outputs<'a> {
+    counts: &'a ScratchFile,
+    measures: &'a ScratchFile,
+    flips: &'a ScratchFile,
+}
+
+impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
+    fn new(job: &'a Job, sinks: &Sinks<'a, W>) -> Result<Self> {
+        Ok(Thread {
+            reader: TriangleReader::new(&job.mesh.v),
+            coords: job.g.as_ref().map(CoordReader::new),
+            edges: sinks.edges.writer()?,
+            cuts: sinks.cuts.writer()?,
+            kernels: Kernels::default(),
+            out: Vec::new(),
+            counts: Vec::new(),
+            measures: Vec::new(),
+            records: Vec::new(),
+            bits: Vec::new(),
+            settled: Settled::default(),
+        })
+    }
+
+    fn chunk(
+        &mut self,
+        job: &Job,
+        seams: &Seams,
+        grid: &Grid,
+        sinks: &Sinks<W>,
+        out: &Outputs,
+        chunk: u64,
+    ) -> Result<ChunkInfo> {
+        let (first, count) = job.chunk_range(chunk);
+        let v = self.reader.read(first, count)?;
+        let kernels = &mut self.kernels;
+        kernels.run(v, seams, job, first)?;
+        let apply = job.applies_flips() && kernels.swirl.any_flip();
+        if apply {
+            flip_rows(v, &kernels.swirl.label, &mut self.out);
+            sinks.v.write(3 * first, &self.out)?;
+        } else {
+            sinks.v.write(3 * first, v)?;
+        }
+        opposites(
+            &kernels.pairs.opposite,
+            &kernels.swirl.label,
+            3 * first,
+            apply,
+            &mut self.out,
+        );
+        sinks.o.write(3 * first, &self.out)?;
+        self.out.clear();
+        self.out
+            .extend(kernels.swirl.label.iter().map(|&label| match label {
+                NO_COMPONENT => I::NONE,
+                label => I::of(u64::from(label >> 1)),
+            }));
+        sinks.component.write(first, &self.out)?;
+        self.spill(first)?;
+        self.settled.add(&self.kernels.pairs);
+        let info = self.summarise(job, grid, out, chunk)?;
+        Ok(info)
+    }
+
+    /// Hands out the corners that others must settle, and the non-manifold ones.
+    fn spill(&mut self, first: u64) -> Result<()> {
+        let Kernels {
+            ids, pairs, swirl, ..
+        } = &self.kernels;
+        for (list, writer) in [
+            (&pairs.seams, &mut self.edges),
+            (&pairs.cuts, &mut self.cuts),
+        ] {
+            for directed in list {
+                let (t, k) = ((directed >> 1) / 3, (directed >> 1) as usize % 3);
+                let label = swirl.label[t as usize];
+                let place = |k: usize| ids.global(ids.local()[3 * t as usize + k]);
+                let (from, to) = (place(next_k(k)), place(prev_k(k)));
+                let flipped = label & 1 == 1;
+                writer.push(EdgeCorner::new(
+                    (from.min(to), from.max(to)),
+                    first + u64::from(t),
+                    k as u64,
+                    flipped,
+                    u64::from(label >> 1),
+                    (from > to) ^ flipped,
+                ))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes what the chunk knows of its local components.
+    fn summarise(
+        &mut self,
+        job: &Job,
+        grid: &Grid,
+        out: &Outputs,
+        chunk: u64,
+    ) -> Result<ChunkInfo> {
+        let swirl = &self.kernels.swirl;
+        self.counts.clear();
+        self.counts
+            .extend(swirl.components.iter().map(|c| LocalCount {
+                first: c.first,
+                triangles: c.triangles,
+                flipped: c.flipped,
+                borders: c.borders | if c.conflict { LocalCount::CONFLICT } else { 0 },
+            }));
+        let flips = swirl.any_flip();
+        if flips {
+            pack_flips(&swirl.label, &mut self.bits);
+            out.flips.write_at(&self.bits, chunk * job.flip_bytes())?;
+        }
+        Ok(ChunkInfo {
+            locals: self.counts.len() as u32,
+            degenerate: self.kernels.pairs.degenerate as u32,
+            counts_at: out.counts.append(bytemuck::cast_slice(&self.counts))?,
+            measures_at: self.measure(job, grid, out)?,
+            flips,
+        })
+    }
+
+    /// Measures the local components now, when they are few and their coordinates near.
+    fn measure(&mut self, job: &Job, grid: &Grid, out: &Outputs) -> Result<Option<u64>> {
+        let Kernels { ids, swirl, .. } = &self.kernels;
+        let few = swirl.components.len() as u64 <= job.plan.chunk / 16 + 8;
+        let (Some(coords), Some(first), true) = (&mut self.coords, ids.window(), few) else {
+            return Ok(None);
+        };
+        let positions = coords.read(first, ids.span() as u64)?;
+        self.measures.clear();
+        self.measures
+            .resize(swirl.components.len(), Measure::default());
+        measure(
+            grid,
+            ids.local(),
+            &swirl.label,
+            positions,
+            &mut self.measures,
+        );
+        self.records.clear();
+        self.records
+            .extend(self.measures.iter().map(MeasureRecord::new));
+        Ok(Some(
+            out.measures.append(bytemuck::cast_slice(&self.records))?,
+        ))
+    }
+}
+
+impl Settled {
+    fn add(&mut self, pairs: &Pairs) {
+        self.regular += pairs.regular;
+        self.borders += pairs.borders;
+        self.nonmanifold += pairs.nonmanifold;
+        self.inconsistent += pairs.inconsistent;
+        self.degenerate += pairs.degenerate;
+        self.spilled += pairs.seams.len() as u64;
+    }
+}
+
+impl Kernels {
+    fn run<I: Index>(&mut self, v: &[I], seams: &Seams, job: &Job, first: u64) -> Result<()> {
+        self.ids.assign(v);
+        let n = job.shape.vertices;
+        let last = match self.ids.window() {
+            Some(first) => first + self.ids.span() as u64,
+            None => self.ids.table().iter().max().map_or(0, |&top| top + 1),
+        };
+        if last > n {
+            let found = format!("{} (the file changed during the build)", last - 1);
+            return Err(bad_index(&job.mesh.v, 3 * first, found));
+        }
+        seams.flags(&self.ids, &mut self.seam);
+        self.pairs.pair(self.ids.local(), &self.seam);
+        self.swirl.walk(&self.pairs.opposite);
+        Ok(())
+    }
+}
+
+#[inline]
+fn flipped(label: u32) -> bool {
+    label != NO_COMPONENT && label & 1 == 1
+}
+
+/// V rows with the swirl's flips applied.
+fn flip_rows<I: Index>(v: &[I], label: &[u32], out: &mut Vec<I>) {
+    out.clear();
+    for (row, &label) in v.as_chunks::<3>().0.iter().zip(label) {
+        let [a, b, c] = *row;
+        out.extend(if flipped(label) { [a, c, b] } else { [a, b, c] });
+    }
+}
+
+/// O rows, flips applied when `apply`; corners whose opposite is not settled get NONE for now.
+fn opposites<I: Index>(opposite: &[u32], label: &[u32], base: u64, apply: bool, out: &mut Vec<I>) {
+    out.clear();
+    if !apply {
+        out.extend(opposite.iter().map(|&o| {
+            if o < SPECIAL {
+                I::of(base + u64::from(o >> 1))
+            } else {
+                I::NONE
+            }
+        }));
+        return;
+    }
+    for (row, &own) in opposite.as_chunks::<3>().0.iter().zip(label) {
+        let mut flat = row.map(|o| {
+            if o >= SPECIAL {
+                return I::NONE;
+            }
+            let (t, k) = ((o >> 1) / 3, (o >> 1) as usize % 3);
+            let k = flip_k(k, flipped(label[t as usize]));
+            I::of(base + 3 * u64::from(t) + k as u64)
+        });
+        if flipped(own) {
+            flat.swap(1, 2);
+        }
+        out.extend(flat);
+    }
+}
+
+fn pack_flips(label: &[u32], bits: &mut Vec<u8>) {
+    bits.clear();
+    bits.extend(label.chunks(8).map(|eight| {
+        let bit = |(i, &label): (usize, &u32)| u8::from(flipped(label)) << i;
+        eight.iter().enumerate().map(bit).fold(0, |a, b| a | b)
+    }));
+}

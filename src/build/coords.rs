@@ -1,0 +1,82 @@
+//! Coordinates: brings G to its place in the new folder, and finds its bounding box.
+//!
+//! Memory: 64 Ki vertices a thread. I/O: G read once; written once unless it lies there.
+
+use super::arrays::{CoordReader, OutArray};
+use crate::chunk::grid::Bounds;
+use crate::chunk::measure::Coord;
+use crate::disk::Workspace;
+use crate::error::Result;
+use crate::folder::{self, npy::DATA_START};
+use crate::input::{CoordArray, CoordKind, Endian, Source};
+use std::path::Path;
+use std::sync::Mutex;
+
+/// Vertices at a time.
+const STEP: u64 = 32 << 10;
+
+/// G in the new folder.
+pub struct Placed {
+    /// The file, for the manifest.
+    pub file: OutArray,
+    /// The same, for reading.
+    pub array: CoordArray,
+    /// Bounding box of the finite vertices.
+    pub bounds: Bounds,
+}
+
+/// Copies (and converts) G to the folder, or only reads it when it lies there.
+///
+/// # Errors
+/// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::Input`] when it is cut short.
+pub fn place<X: Coord>(ws: &Workspace, dir: &Path, g: &CoordArray) -> Result<Placed> {
+    let row = 3 * X::BYTES as u64;
+    let shape = [g.vertices, 3];
+    let file = OutArray::create(dir, folder::G, X::DESCR, &shape, row, &ws.io)?;
+    let threads = ws.workers.count() as u64;
+    // At small budgets smaller steps do as well.
+    let share = ws.budget.free() / 2 / threads / CoordReader::<X>::BYTES;
+    let step = STEP.min(share).max(1024);
+    let _lease = ws
+        .budget
+        .lease("vertices", threads * step * CoordReader::<X>::BYTES)?;
+    let bounds = Mutex::new(Bounds::default());
+    ws.workers.run(
+        g.vertices.div_ceil(step),
+        || Ok((CoordReader::<X>::new(g), Bounds::default())),
+        |(reader, bounds), unit| {
+            let first = unit * step;
+            let rows = reader.read(first, step.min(g.vertices - first))?;
+            rows.iter().for_each(|p| bounds.add(p.map(Coord::wide)));
+            if !g.placed {
+                file.write(first, rows)?;
+            }
+            ws.progress.advance(rows.len() as u64);
+            Ok(())
+        },
+        |(_, part)| {
+            bounds
+                .lock()
+                .unwrap_or_else(|e| e.into_inner())
+                .merge(&part);
+            Ok(())
+        },
+    )?;
+    let array = CoordArray {
+        source: Source::Named(crate::disk::DataFile::open(file.file.path(), &ws.io)?),
+        at: DATA_START,
+        kind: if X::BYTES == 4 {
+            CoordKind::F4
+        } else {
+            CoordKind::F8
+        },
+        endian: Endian::Little,
+        vertices: g.vertices,
+        placed: true,
+    };
+    Ok(Placed {
+        file,
+        array,
+        bounds: bounds.into_inner().unwrap_or_else(|e| e.into_inner()),
+    })
+}

@@ -1,0 +1,328 @@
+//! Measures of the chunks that could not measure themselves: those whose vertices lie far
+//! apart in G, or that have nearly as many local components as triangles.
+//!
+//! Why it works: coordinates come to the corners through two shuffles, so that G is read in
+//! ascending windows and never at random: (vertex, corner) by vertex, then (corner, position)
+//! by triangle, where the component of each triangle is known. Sums do not depend on the order.
+//!
+//! Memory: a tally, a sorter, a writer and a window of G a thread. I/O: V of such chunks once
+//! more; 16 and 40 bytes a corner to scratch and back when vertices lie far apart; G once.
+
+use super::Job;
+use super::arrays::{CoordReader, OutArray, TriangleReader};
+use super::chunks::Chunked;
+use super::stitch::Labels;
+use super::tally::{Piece, Tally};
+use crate::chunk::grid::Grid;
+use crate::chunk::ids::LocalIds;
+use crate::chunk::measure::Coord;
+use crate::corner::Index;
+use crate::error::Result;
+use crate::input::CoordArray;
+use crate::shuffle::{Record, Shuffle, Writer};
+use bytemuck::{Pod, Zeroable};
+
+/// A corner asks for its vertex's coordinates: vertex, triangle, place.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Ask([u64; 2]);
+
+impl Record for Ask {
+    const LEVELS: usize = 1;
+    fn key(&self, _: usize) -> u64 {
+        self.0[0]
+    }
+}
+
+/// The coordinates (bits of f64) on their way to the corner: triangle, place, x, y, z.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Answer([u64; 5]);
+
+impl Record for Answer {
+    const LEVELS: usize = 2;
+    fn key(&self, level: usize) -> u64 {
+        self.0[level]
+    }
+}
+
+/// Vertices of G in one window of the first shuffle's reader.
+const WINDOW: u64 = 4 << 10;
+
+/// What the pass works with.
+pub struct Deferred<'a, W> {
+    /// The job.
+    pub job: &'a Job<'a>,
+    /// Chunks.
+    pub chunked: &'a Chunked,
+    /// Components of the local components.
+    pub labels: &'a Labels<W>,
+    /// The grid of volumes.
+    pub grid: &'a Grid,
+    /// Local labels of the triangles.
+    pub component: &'a OutArray,
+    /// Where sums go.
+    pub pieces: &'a Shuffle<Piece>,
+    /// Bytes of each thread's tally.
+    pub tally: u64,
+}
+
+/// Local labels and flips of one chunk, read back.
+pub struct ChunkLabels<I> {
+    /// Local component of each triangle, or NONE.
+    pub labels: Vec<I>,
+    bits: Vec<u8>,
+    chunk: Option<u64>,
+}
+
+impl<I: Index> ChunkLabels<I> {
+    /// Bytes held for each triangle of a chunk.
+    pub const BYTES: u64 = I::BYTES as u64 + 1;
+
+    /// None yet.
+    pub fn new() -> Self {
+        ChunkLabels {
+            labels: Vec::new(),
+            bits: Vec::new(),
+            chunk: None,
+        }
+    }
+
+    /// The labels were changed: they are no longer what the file's chunk pass wrote.
+    pub fn forget(&mut self) {
+        self.chunk = None;
+    }
+
+    /// Reads those of a chunk, unless they are there.
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`].
+    pub fn load(
+        &mut self,
+        job: &Job,
+        chunked: &Chunked,
+        component: &OutArray,
+        chunk: u64,
+    ) -> Result<()> {
+        if self.chunk == Some(chunk) {
+            return Ok(());
+        }
+        let (first, count) = job.chunk_range(chunk);
+        self.labels.resize(count as usize, I::NONE);
+        component.read(first, &mut self.labels)?;
+        self.bits.clear();
+        if chunked.infos[chunk as usize].flips {
+            self.bits.resize(count.div_ceil(8) as usize, 0);
+            chunked
+                .flips
+                .read_at(&mut self.bits, chunk * job.flip_bytes())?;
+        }
+        self.chunk = Some(chunk);
+        Ok(())
+    }
+
+    /// True when the swirl flipped triangle i of the chunk.
+    #[inline]
+    pub fn flipped(&self, i: usize) -> bool {
+        self.bits
+            .get(i / 8)
+            .is_some_and(|byte| byte >> (i % 8) & 1 == 1)
+    }
+}
+
+/// Measures what the chunk pass left out.
+///
+/// # Errors
+/// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`].
+pub fn measure_deferred<I: Index, W: Index, X: Coord>(
+    d: &Deferred<W>,
+    g: &CoordArray,
+) -> Result<()> {
+    let chunks: Vec<u64> = (0..d.chunked.infos.len() as u64)
+        .filter(|&c| d.chunked.infos[c as usize].measures_at.is_none())
+        .collect();
+    if chunks.is_empty() {
+        return Ok(());
+    }
+    let ws = d.job.ws;
+    let corners = chunks.len() as u64 * 3 * d.job.plan.chunk;
+    let plan = d.job.shuffle_plan(size_of::<Ask>(), corners);
+    let asks = Shuffle::<Ask>::new(ws, "questions for coordinates", 0..g.vertices.max(1), plan)?;
+    {
+        let _lease = d.job.chunk_lease("chunks measured again")?;
+        ws.workers.run(
+            chunks.len() as u64,
+            || Near::<I, X>::new(d, g, &asks),
+            |near, unit| near.chunk(d, chunks[unit as usize]),
+            |near| {
+                near.asks.finish()?;
+                near.tally.finish()
+            },
+        )?;
+    }
+    let asks = asks.finish()?;
+    if asks.records() == 0 {
+        return Ok(());
+    }
+    let plan = d.job.shuffle_plan(size_of::<Answer>(), asks.records());
+    let answers = Shuffle::<Answer>::new(ws, "coordinates", 0..d.job.shape.triangles.max(1), plan)?;
+    let threads = ws.workers.count() as u64;
+    let window = WINDOW * CoordReader::<X>::BYTES + (64 << 10);
+    let lease = ws.budget.lease("windows of G", threads * window)?;
+    let memory = d.job.sort_memory(threads * super::writer_bytes(&plan));
+    ws.workers.run(
+        asks.count(),
+        || Ok((asks.sorter(memory)?, Fetch::<X>::new(g, answers.writer()?))),
+        |(sorter, fetch), bucket| {
+            asks.sorted(bucket, sorter, &mut |batch| {
+                batch.iter().try_for_each(|ask| fetch.answer(ask))
+            })
+        },
+        |(_, fetch)| fetch.answers.finish(),
+    )?;
+    drop(lease);
+    drop(asks);
+    let answers = answers.finish()?;
+    sum_answers::<I, W>(d, &answers)
+}
+
+/// One thread that measures chunks whose vertices are near, and asks for the others.
+struct Near<'a, I, X> {
+    reader: TriangleReader<'a, I>,
+    coords: CoordReader<'a, X>,
+    ids: LocalIds,
+    labels: ChunkLabels<I>,
+    tally: Tally<'a>,
+    asks: Writer<'a, Ask>,
+}
+
+impl<'a, I: Index, X: Coord> Near<'a, I, X> {
+    fn new<W>(d: &Deferred<'a, W>, g: &'a CoordArray, asks: &'a Shuffle<Ask>) -> Result<Self> {
+        let (budget, components) = (&d.job.ws.budget, d.labels.components);
+        Ok(Near {
+            reader: TriangleReader::new(&d.job.mesh.v),
+            coords: CoordReader::new(g),
+            ids: LocalIds::default(),
+            labels: ChunkLabels::new(),
+            tally: Tally::new(budget, d.tally, components, d.pieces)?,
+            asks: asks.writer()?,
+        })
+    }
+
+    fn chunk<W: Index>(&mut self, d: &Deferred<W>, chunk: u64) -> Result<()> {
+        let (first, count) = d.job.chunk_range(chunk);
+        self.labels.load(d.job, d.chunked, d.component, chunk)?;
+        let base = d.chunked.base[chunk as usize];
+        let v = self.reader.read(first, count)?;
+        self.ids.assign(v);
+        let near = match self.ids.window() {
+            Some(start) => Some(self.coords.read(start, self.ids.span() as u64)?),
+            None => None,
+        };
+        let rows = v
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .zip(self.ids.local().as_chunks::<3>().0);
+        for (i, (row, local)) in rows.enumerate() {
+            let label = self.labels.labels[i];
+            if label == I::NONE {
+                continue;
+            }
+            if let Some(positions) = near {
+                let (component, flip) = d.labels.get(base + label.wide());
+                let corners = local.map(|v| positions[v as usize].map(Coord::wide));
+                let flipped = flip ^ self.labels.flipped(i);
+                self.tally
+                    .at(component)?
+                    .measure
+                    .add(d.grid, corners, flipped);
+            } else {
+                let triangle = first + i as u64;
+                for (k, v) in row.iter().enumerate() {
+                    self.asks.push(Ask([v.wide(), triangle << 2 | k as u64]))?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One thread that reads G in ascending windows and answers.
+struct Fetch<'a, X> {
+    coords: CoordReader<'a, X>,
+    first: u64,
+    window: Vec<[X; 3]>,
+    vertices: u64,
+    answers: Writer<'a, Answer>,
+}
+
+impl<'a, X: Coord> Fetch<'a, X> {
+    fn new(g: &'a CoordArray, answers: Writer<'a, Answer>) -> Self {
+        Fetch {
+            coords: CoordReader::new(g),
+            first: 0,
+            window: Vec::new(),
+            vertices: g.vertices,
+            answers,
+        }
+    }
+
+    fn answer(&mut self, ask: &Ask) -> Result<()> {
+        let [v, corner] = ask.0;
+        if v < self.first || v - self.first >= self.window.len() as u64 {
+            let count = WINDOW.min(self.vertices - v);
+            self.window.clear();
+            self.window.extend_from_slice(self.coords.read(v, count)?);
+            self.first = v;
+        }
+        let p = self.window[(v - self.first) as usize].map(|x| x.wide().to_bits());
+        self.answers
+            .push(Answer([corner >> 2, corner & 3, p[0], p[1], p[2]]))
+    }
+}
+
+/// Brings the three positions of each triangle together and sums them.
+fn sum_answers<I: Index, W: Index>(
+    d: &Deferred<W>,
+    answers: &crate::shuffle::Buckets<Answer>,
+) -> Result<()> {
+    let ws = d.job.ws;
+    let threads = ws.workers.count() as u64;
+    let _lease = ws.budget.lease(
+        "labels",
+        threads * d.job.plan.chunk * ChunkLabels::<I>::BYTES,
+    )?;
+    let memory = d.job.sort_memory(threads * (d.tally + d.job.plan.writer));
+    ws.workers.run(
+        answers.count(),
+        || {
+            let (budget, components) = (&ws.budget, d.labels.components);
+            let tally = Tally::new(budget, d.tally, components, d.pieces)?;
+            let labels = ChunkLabels::<I>::new();
+            Ok((answers.sorter(memory)?, tally, labels))
+        },
+        |(sorter, tally, labels), bucket| {
+            let mut corners = [[0f64; 3]; 3];
+            answers.sorted(bucket, sorter, &mut |batch| {
+                for answer in batch {
+                    let [t, k, x, y, z] = answer.0;
+                    corners[k as usize] = [x, y, z].map(f64::from_bits);
+                    if k < 2 {
+                        continue;
+                    }
+                    // Places come in order, so the third completes the triangle.
+                    let chunk = t / d.job.plan.chunk;
+                    labels.load(d.job, d.chunked, d.component, chunk)?;
+                    let i = (t - d.job.chunk_range(chunk).0) as usize;
+                    let local = d.chunked.base[chunk as usize] + labels.labels[i].wide();
+                    let (component, flip) = d.labels.get(local);
+                    let flipped = flip ^ labels.flipped(i);
+                    tally.at(component)?.measure.add(d.grid, corners, flipped);
+                }
+                Ok(())
+            })
+        },
+        |(_, tally, _)| tally.finish(),
+    )
+}

@@ -1,0 +1,151 @@
+//! The passes over a mesh larger than memory: one sequential pass, and a small remainder.
+//!
+//! 1. [`scan`]: reads V, checks it, finds the *seam vertices* that more than one chunk names.
+//! 2. [`chunks`]: settles every edge with a non-seam vertex inside its chunk, swirls, writes V,
+//!    O and local labels; spills the corners between seam vertices.
+//! 3. [`seams`]: sorts the spilled corners by edge; finds the remaining opposites and the
+//!    links between local components.
+//! 4. [`stitch`]: joins local components with parity; [`components`] sums and orients them.
+//! 5. [`finish`]: applies labels, flips and the opposites from the seams.
+//!
+//! Passes meet only in files and records ([`records`]); this module hands them on.
+
+pub mod arrays;
+pub mod chunks;
+pub mod components;
+pub mod coords;
+pub mod deferred;
+pub mod finish;
+pub mod plan;
+pub mod records;
+pub mod scan;
+pub mod seams;
+pub mod stitch;
+pub mod tally;
+
+mod builder;
+mod pipeline;
+mod staging;
+
+pub use builder::{Builder, Index as IndexChoice, Prediction};
+pub use pipeline::{BuildReport, PassReport};
+
+use self::chunks::Chunked;
+use self::plan::{MIN_SORT, Plan, Shape};
+use self::records::EdgeCorner;
+use crate::corner::Index;
+use crate::disk::{Lease, ScratchFile, Workspace};
+use crate::error::Result;
+use crate::folder::Orient;
+use crate::input::{CoordArray, Mesh};
+use crate::shuffle;
+use std::path::Path;
+
+/// What every pass of one build knows.
+pub struct Job<'a> {
+    /// Memory, scratch, threads, counters, progress.
+    pub ws: &'a Workspace,
+    /// The input.
+    pub mesh: &'a Mesh,
+    /// The coordinates as they are stored in the new folder.
+    pub g: Option<CoordArray>,
+    /// Sizes of the mesh.
+    pub shape: Shape,
+    /// Sizes that the budget gave.
+    pub plan: Plan,
+    /// The folder under construction.
+    pub dir: &'a Path,
+    /// How to orient.
+    pub orient: Orient,
+}
+
+/// The most memory that one sorter takes: more would leave the cache and gain nothing.
+const MOST_SORT: u64 = 64 << 20;
+
+/// Bytes that one writer of a shuffle with this plan holds.
+fn writer_bytes(plan: &shuffle::Plan) -> u64 {
+    plan.buckets as u64 * (plan.buffer_bytes as u64 + 8)
+}
+
+impl Job<'_> {
+    /// First triangle of a chunk and number of its triangles.
+    pub fn chunk_range(&self, chunk: u64) -> (u64, u64) {
+        let first = chunk * self.plan.chunk;
+        (first, self.plan.chunk.min(self.shape.triangles - first))
+    }
+
+    /// Bytes of the flip bits of one chunk in scratch.
+    pub fn flip_bytes(&self) -> u64 {
+        self.plan.chunk.div_ceil(8)
+    }
+
+    /// True when V and O are written with flips applied.
+    pub fn applies_flips(&self) -> bool {
+        self.orient != Orient::Keep
+    }
+
+    /// Number through the mesh of the local component of a spilled corner.
+    #[inline]
+    pub fn local_component<W: Index>(&self, chunked: &Chunked, corner: &EdgeCorner<W>) -> u64 {
+        chunked.base[(corner.triangle() / self.plan.chunk) as usize] + corner.local()
+    }
+
+    /// Draws the scratch memory of all threads for one chunk each.
+    fn chunk_lease(&self, what: &str) -> Result<Lease> {
+        let chunk = self.plan.chunk.min(self.shape.triangles) + 64;
+        let bytes = self.ws.workers.count() as u64 * chunk * self.shape.chunk_bytes();
+        self.ws.budget.lease(what, bytes)
+    }
+
+    /// A plan for a shuffle of about `expected` records, one writer a thread.
+    fn shuffle_plan(&self, record_bytes: usize, expected: u64) -> shuffle::Plan {
+        let threads = self.ws.workers.count() as u64;
+        let writer = self.plan.writer.min(self.ws.budget.free() / 8 / threads);
+        if let Some(buckets) = self.plan.buckets {
+            let most = writer / (record_bytes as u64 + 8);
+            let buckets = (buckets as u64).clamp(1, most.max(1));
+            let buffer = (writer / buckets).saturating_sub(8);
+            return shuffle::Plan {
+                buckets: buckets as usize,
+                buffer_bytes: buffer.max(record_bytes as u64) as usize,
+            };
+        }
+        let sort = (self.ws.budget.limit() / 4 / threads).min(MOST_SORT);
+        shuffle::Plan::within(
+            writer * threads,
+            threads as usize,
+            record_bytes,
+            expected,
+            sort,
+        )
+    }
+
+    /// Memory of one thread's sorter when `reserved` bytes more are still to be drawn.
+    fn sort_memory(&self, reserved: u64) -> u64 {
+        let free = self.ws.budget.free().saturating_sub(reserved);
+        (free / self.ws.workers.count() as u64).clamp(MIN_SORT, MOST_SORT)
+    }
+}
+
+/// Hands the records in a range of a scratch file to `each`, 64 KiB at a time.
+fn scratch_items<T: bytemuck::Pod>(
+    ws: &Workspace,
+    file: &ScratchFile,
+    at: u64,
+    bytes: u64,
+    each: &mut dyn FnMut(&[T]) -> Result<()>,
+) -> Result<()> {
+    const BLOCK: u64 = 64 << 10;
+    let item = size_of::<T>() as u64;
+    let per_block = (BLOCK / item).max(1).min(bytes / item);
+    let _lease = ws.budget.lease("a block of records", per_block * item)?;
+    let mut block = vec![T::zeroed(); per_block as usize];
+    let mut done = 0;
+    while done < bytes {
+        let n = per_block.min((bytes - done) / item) as usize;
+        file.read_at(bytemuck::cast_slice_mut(&mut block[..n]), at + done)?;
+        each(&block[..n])?;
+        done += n as u64 * item;
+    }
+    Ok(())
+}

@@ -1,0 +1,174 @@
+//! How the budget is cut up: chunk size, bits of the scan, buckets. None of it reaches the
+//! output; only the memory and the time depend on it.
+//!
+//! Why the sizes: half of the budget goes to the chunks of all threads (larger chunks have
+//! fewer seams), a quarter at most to the bits that find the seam vertices, and the writers of
+//! the seam records get a sixteenth each. Passes after the chunks have the whole budget again.
+
+use crate::chunk::ids::{NARROW_SPAN, TABLE_BYTES};
+use crate::error::{Error, Result};
+
+/// The largest chunk, in triangles: beyond it, chunks leave the cache and gain nothing.
+const MAX_CHUNK: u64 = 512 << 10;
+/// The smallest chunk that the plan chooses by itself.
+const MIN_CHUNK: u64 = 1 << 10;
+/// The least that one writer's buffers of a shuffle take.
+const MIN_WRITER: u64 = 64 << 10;
+/// The least memory for one sorter of a shuffle.
+pub const MIN_SORT: u64 = 256 << 10;
+
+/// Sizes that depend on the mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    /// T.
+    pub triangles: u64,
+    /// N.
+    pub vertices: u64,
+    /// Bytes of an index in the folder: 4 or 8.
+    pub index: u64,
+    /// Bytes of a coordinate, or 0 without coordinates.
+    pub coord: u64,
+    /// Threads.
+    pub threads: u64,
+}
+
+/// The sizes that a build uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// Triangles of a chunk.
+    pub chunk: u64,
+    /// Bits in each of the scan's two arrays.
+    pub bits: u64,
+    /// Memory of one writer of seam records, in bytes.
+    pub writer: u64,
+    /// Buckets when the user (a test) wants a number of them.
+    pub buckets: Option<usize>,
+}
+
+impl Shape {
+    /// Bytes of scratch memory that the chunk pass holds for each triangle of a chunk, at worst:
+    /// readers, local ids, lists, results, output rows.
+    pub fn chunk_bytes(&self) -> u64 {
+        let reader = 24 + 3 * self.index;
+        let ids = 12 + TABLE_BYTES + NARROW_SPAN;
+        let pairs = 12 + 24 + 12 + 12 + 4 * NARROW_SPAN;
+        let swirl = 4 + 4 + 20;
+        let counts = 16 + 8;
+        let out = 4 * self.index;
+        let positions = NARROW_SPAN * (24 + 3 * self.coord);
+        reader + ids + pairs + swirl + counts + out + if self.coord > 0 { positions } else { 0 }
+    }
+
+    /// Bytes of the chunk pass: scratch of all threads, writers of two shuffles, the bits.
+    fn pass_bytes(&self, plan: &Plan) -> u64 {
+        let thread = (plan.chunk + 64) * self.chunk_bytes() + 2 * plan.writer;
+        self.threads * thread + plan.bits / 4
+    }
+
+    /// The least budget that the passes up to the seams accept.
+    pub fn least(&self) -> u64 {
+        let plan = Plan {
+            chunk: MIN_CHUNK.min(self.triangles.max(1)),
+            bits: self.bits_within(1 << 16),
+            writer: MIN_WRITER,
+            buckets: None,
+        };
+        // The seam pass sorts, and writes three kinds of records, on every thread.
+        let seams = self.threads * (MIN_SORT + 4 * MIN_WRITER);
+        self.pass_bytes(&plan).max(seams) + (64 << 10)
+    }
+
+    /// The number of bits for N ids that fits `limit` bits: one each, or a power of two.
+    fn bits_within(&self, limit: u64) -> u64 {
+        let exact = self.vertices.div_ceil(64).max(1) * 64;
+        if exact <= limit {
+            exact
+        } else {
+            1 << limit.max(64).ilog2()
+        }
+    }
+}
+
+impl Plan {
+    /// Cuts up a budget of `memory` bytes.
+    ///
+    /// # Errors
+    /// [`Error::Budget`] with the least that would do.
+    pub fn new(
+        shape: &Shape,
+        memory: u64,
+        chunk: Option<u64>,
+        buckets: Option<usize>,
+    ) -> Result<Plan> {
+        let least = shape.least();
+        if memory < least {
+            return Err(Error::Budget {
+                what: format!(
+                    "{} triangles and {} vertices on {} threads",
+                    shape.triangles, shape.vertices, shape.threads
+                ),
+                need: least,
+                have: memory,
+            });
+        }
+        let mut plan = Plan {
+            chunk: chunk.unwrap_or(MIN_CHUNK),
+            // Two arrays, an eighth of the budget each: memory / 8 bytes are memory bits.
+            bits: shape.bits_within(memory),
+            writer: (memory / 16 / shape.threads).max(MIN_WRITER),
+            buckets,
+        };
+        // What the bits may not have when every other part is at its least.
+        while plan.bits > 64 && shape.pass_bytes(&plan) > memory && plan.writer == MIN_WRITER {
+            plan.bits = 1 << (plan.bits - 1).ilog2();
+        }
+        if chunk.is_none() {
+            while plan.chunk < MAX_CHUNK
+                && plan.chunk < shape.triangles
+                && 2 * plan.chunk * shape.chunk_bytes() * shape.threads <= memory / 2
+            {
+                plan.chunk *= 2;
+            }
+        }
+        while plan.writer > MIN_WRITER && shape.pass_bytes(&plan) > memory {
+            plan.writer = (plan.writer / 2).max(MIN_WRITER);
+        }
+        Ok(plan)
+    }
+
+    /// Number of chunks.
+    pub fn chunks(&self, triangles: u64) -> u64 {
+        triangles.div_ceil(self.chunk)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_plan_fits_its_budget_and_less_than_the_least_is_refused() {
+        for triangles in [0, 1, 1000, 1 << 20, 1 << 30] {
+            for (index, coord, threads) in [(4, 4, 1), (4, 4, 2), (8, 8, 5), (4, 0, 2)] {
+                let shape = Shape {
+                    triangles,
+                    vertices: triangles / 2 + 3,
+                    index,
+                    coord,
+                    threads,
+                };
+                let least = shape.least();
+                assert!(least < 16 << 20, "{shape:?}: {least}");
+                assert!(Plan::new(&shape, least - 1, None, None).is_err());
+                for memory in [least, least + 1, 32 << 20, 64 << 20, 512 << 20, 8 << 30] {
+                    let plan = Plan::new(&shape, memory.max(least), None, None).unwrap();
+                    let need = shape.pass_bytes(&plan);
+                    assert!(
+                        need <= memory.max(least),
+                        "{shape:?} {plan:?}: {need} > {memory}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! Scan: reads V once, checks every index, and finds the seam vertices.
+//!
+//! Why it works: each chunk marks each of its distinct ids once in `occurs`, and in `seam`
+//! when it was marked before. So a vertex outside `seam` is named by one chunk alone, and all
+//! edges at it can be settled there. When the ids outnumber the bits that the budget allows,
+//! an id stands for its remainder: two ids that share a bit make one more seam vertex,
+//! never one fewer, so no answer changes. Unreferenced vertices are then counted by ranges of
+//! ids, one more reading of V for each range.
+//!
+//! Memory: two bit arrays (N/4 bytes, or less when hashed), and per thread a chunk's ids.
+//! I/O: V read once (once more when N is not stated; once for each range when hashed).
+
+use super::Job;
+use super::arrays::{TriangleReader, bad_index};
+use crate::chunk::ids::LocalIds;
+use crate::corner::Index;
+use crate::disk::{Lease, Workspace};
+use crate::error::Result;
+use crate::input::IndexArray;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Which vertices more than one chunk names.
+pub struct Seams {
+    words: Vec<AtomicU64>,
+    /// Ids are taken modulo this many bits: a power of two, or more than every id.
+    bits: u64,
+    _lease: Lease,
+}
+
+impl Seams {
+    fn new(job: &Job, what: &str) -> Result<Seams> {
+        let bits = job.plan.bits;
+        Ok(Seams {
+            _lease: job.ws.budget.lease(what, bits / 8)?,
+            words: (0..bits / 64).map(|_| AtomicU64::new(0)).collect(),
+            bits,
+        })
+    }
+
+    /// True when another chunk may name the vertex too.
+    #[inline]
+    pub fn is_seam(&self, id: u64) -> bool {
+        let bit = self.bit(id);
+        self.words[(bit / 64) as usize].load(Ordering::Relaxed) >> (bit % 64) & 1 == 1
+    }
+
+    #[inline]
+    fn bit(&self, id: u64) -> u64 {
+        if self.bits.is_power_of_two() {
+            id & (self.bits - 1)
+        } else {
+            id
+        }
+    }
+
+    /// Number of marks: the seam vertices, or fewer when ids share bits.
+    pub fn count(&self) -> u64 {
+        ones(self)
+    }
+
+    /// Seam flags of a chunk's local vertices.
+    pub fn flags(&self, ids: &LocalIds, out: &mut Vec<bool>) {
+        out.clear();
+        match ids.window() {
+            Some(first) => out.extend((0..ids.span() as u64).map(|i| self.is_seam(first + i))),
+            None => out.extend(ids.table().iter().map(|&id| self.is_seam(id))),
+        }
+    }
+}
+
+/// Marks of one thread, before they go to the shared arrays.
+struct Marker {
+    ids: LocalIds,
+    words: Vec<u64>,
+}
+
+impl Marker {
+    /// Marks the distinct ids of one chunk.
+    fn mark<I: Index>(&mut self, v: &[I], occurs: &Seams, seam: &Seams) {
+        self.ids.assign(v);
+        let (Some(first), span) = (self.ids.window(), self.ids.span() as u64) else {
+            for &id in self.ids.table() {
+                set(
+                    occurs,
+                    seam,
+                    occurs.bit(id) / 64,
+                    1 << (occurs.bit(id) % 64),
+                );
+            }
+            return;
+        };
+        // Local words line up with the shared ones, so that 64 ids are marked at a time.
+        let lead = first % 64;
+        let words = ((lead + span).div_ceil(64)) as usize;
+        self.words.clear();
+        self.words.resize(words, 0);
+        for &local in self.ids.local() {
+            let bit = lead + u64::from(local);
+            self.words[(bit / 64) as usize] |= 1 << (bit % 64);
+        }
+        for (i, &bits) in self.words.iter().enumerate().filter(|(_, b)| **b != 0) {
+            let at = occurs.bit((first / 64 + i as u64) * 64) / 64;
+            set(occurs, seam, at, bits);
+        }
+    }
+}
+
+fn set(occurs: &Seams, seam: &Seams, word: u64, bits: u64) {
+    let before = occurs.words[word as usize].fetch_or(bits, Ordering::Relaxed);
+    if before & bits != 0 {
+        seam.words[word as usize].fetch_or(before & bits, Ordering::Relaxed);
+    }
+}
+
+/// The largest id of V plus one: N of a mesh given as V alone.
+///
+/// # Errors
+/// As [`TriangleReader::read`].
+pub fn count_ids(ws: &Workspace, array: &IndexArray) -> Result<u64> {
+    const STEP: u64 = 1 << 12;
+    let _lease = ws.budget.lease(
+        "reading V",
+        ws.workers.count() as u64 * STEP * TriangleReader::<u64>::BYTES,
+    )?;
+    let most = AtomicU64::new(0);
+    ws.workers.run(
+        array.triangles.div_ceil(STEP),
+        || Ok(TriangleReader::<u64>::new(array)),
+        |reader, unit| {
+            let first = unit * STEP;
+            let v = reader.read(first, STEP.min(array.triangles - first))?;
+            if let Some(&top) = v.iter().max() {
+                most.fetch_max(top + 1, Ordering::Relaxed);
+            }
+            Ok(())
+        },
+        |_| Ok(()),
+    )?;
+    Ok(most.into_inner())
+}
+
+/// Finds the seam vertices; also returns how many vertices no triangle names.
+///
+/// # Errors
+/// [`crate::Error::Input`] for the first index out of range, [`crate::Error::Budget`],
+/// [`crate::Error::Io`].
+pub fn scan<I: Index>(job: &Job) -> Result<(Seams, u64)> {
+    let (ws, shape) = (job.ws, &job.shape);
+    let (occurs, seam) = (
+        Seams::new(job, "marks of the scan")?,
+        Seams::new(job, "seam marks")?,
+    );
+    let _lease = job.chunk_lease("chunks of the scan")?;
+    ws.workers.run(
+        job.plan.chunks(shape.triangles),
+        || {
+            let marker = Marker {
+                ids: LocalIds::default(),
+                words: Vec::new(),
+            };
+            Ok((TriangleReader::<I>::new(&job.mesh.v), marker))
+        },
+        |(reader, marker), chunk| {
+            let (first, count) = job.chunk_range(chunk);
+            let v = reader.read(first, count)?;
+            check(job, first, v)?;
+            marker.mark(v, &occurs, &seam);
+            ws.progress.advance(count);
+            Ok(())
+        },
+        |_| Ok(()),
+    )?;
+    let referenced = if occurs.bits >= shape.vertices {
+        ones(&occurs)
+    } else {
+        count_by_ranges::<I>(job, &occurs)?
+    };
+    Ok((seam, shape.vertices - referenced))
+}
+
+fn check<I: Index>(job: &Job, first: u64, v: &[I]) -> Result<()> {
+    let n = job.shape.vertices;
+    // The maximum first: it runs at memory speed, and hardly ever needs the search.
+    if v.iter().max().is_some_and(|top| top.wide() >= n)
+        && let Some(at) = v.iter().position(|x| x.wide() >= n)
+    {
+        let found = format!("{} where the mesh has {n} vertices", v[at].wide());
+        return Err(bad_index(&job.mesh.v, 3 * first + at as u64, found));
+    }
+    Ok(())
+}
+
+fn ones(bits: &Seams) -> u64 {
+    let count = |w: &AtomicU64| u64::from(w.load(Ordering::Relaxed).count_ones());
+    bits.words.iter().map(count).sum()
+}
+
+/// Counts referenced vertices exactly, as many ids at a time as there are bits.
+fn count_by_ranges<I: Index>(job: &Job, bits: &Seams) -> Result<u64> {
+    let mut referenced = 0;
+    for from in (0..job.shape.vertices).step_by(bits.bits as usize) {
+        bits.words
+            .iter()
+            .for_each(|w| w.store(0, Ordering::Relaxed));
+        job.ws.workers.run(
+            job.plan.chunks(job.shape.triangles),
+            || Ok(TriangleReader::<I>::new(&job.mesh.v)),
+            |reader, chunk| {
+                let (first, count) = job.chunk_range(chunk);
+                for id in reader.read(first, count)?.iter().map(|x| x.wide()) {
+                    if id >= from && id - from < bits.bits {
+                        let bit = id - from;
+                        bits.words[(bit / 64) as usize]
+                            .fetch_or(1 << (bit % 64), Ordering::Relaxed);
+                    }
+                }
+                Ok(())
+            },
+            |_| Ok(()),
+        )?;
+        referenced += ones(bits);
+    }
+    Ok(referenced)
+}

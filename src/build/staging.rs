@@ -1,0 +1,98 @@
+//! The folder under construction: a temporary name beside the target, renamed when complete.
+//!
+//! Why beside: a rename within one file system is atomic, so the target either does not exist
+//! or is whole. A build that fails removes what it made.
+
+use crate::error::{Error, Result};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A folder that is removed on drop unless it was put in its place.
+#[derive(Debug)]
+pub struct Staging {
+    path: PathBuf,
+    target: PathBuf,
+    force: bool,
+    done: bool,
+}
+
+impl Staging {
+    /// Makes the temporary folder for `target`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when the target exists and `force` is not given; [`Error::Io`].
+    pub fn new(target: &Path, force: bool) -> Result<Staging> {
+        if target.symlink_metadata().is_ok() && !force {
+            return Err(Error::Usage(format!(
+                "{} exists; choose another name with -o, or give --force to replace it",
+                target.display()
+            )));
+        }
+        let name = target.file_name().map(|n| n.to_string_lossy().into_owned());
+        let Some(name) = name else {
+            let what = format!("{} names no folder that can be made", target.display());
+            return Err(Error::Usage(what));
+        };
+        let path = parent(target).join(format!(".{name}.partial-{}", std::process::id()));
+        fs::create_dir(&path).map_err(|e| Error::io(&path, "create the folder", e))?;
+        Ok(Staging {
+            path,
+            target: target.to_owned(),
+            force,
+            done: false,
+        })
+    }
+
+    /// The temporary folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Syncs the folder and renames it to its target.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn finish(mut self) -> Result<()> {
+        sync_dir(&self.path)?;
+        let mut old = None;
+        if self.force && self.target.symlink_metadata().is_ok() {
+            let aside = self.path.with_extension("replaced");
+            fs::rename(&self.target, &aside)
+                .map_err(|e| Error::io(&self.target, "put the old one aside", e))?;
+            old = Some(aside);
+        }
+        fs::rename(&self.path, &self.target)
+            .map_err(|e| Error::io(&self.target, "rename the finished folder to it", e))?;
+        self.done = true;
+        sync_dir(parent(&self.target))?;
+        match old {
+            Some(old) if old.is_dir() => fs::remove_dir_all(&old),
+            Some(old) => fs::remove_file(&old),
+            None => Ok(()),
+        }
+        .map_err(|e| Error::io(&self.target, "remove the folder that it replaces", e))
+    }
+}
+
+impl Drop for Staging {
+    fn drop(&mut self) {
+        if !self.done {
+            // Nothing is lost when this fails: the name says that it is partial.
+            let _ = fs::remove_dir_all(&self.path);
+        }
+    }
+}
+
+/// The folder that a path lies in.
+pub fn parent(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+fn sync_dir(path: &Path) -> Result<()> {
+    fs::File::open(path)
+        .and_then(|dir| dir.sync_all())
+        .map_err(|e| Error::io(path, "sync the folder", e))
+}
