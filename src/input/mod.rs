@@ -9,10 +9,19 @@
 //! Memory: fixed buffers, whatever the file claims. I/O: the input once; V and G written once.
 
 pub mod arrays;
+mod obj;
+mod off;
+mod open;
+mod ply;
 pub mod reader;
 pub mod sink;
+mod stl;
 #[cfg(test)]
 pub(crate) mod testing;
+pub mod text;
+mod weld;
+
+pub use open::open;
 
 use crate::disk::{DataFile, ScratchFile};
 use crate::folder::InputEntry;
@@ -159,16 +168,4 @@ pub struct Request {
     pub wide: bool,
     /// Where decoded coordinates go: the new folder's `G.npy`. Data starts at byte 4096.
     pub g_path: PathBuf,
-}
-
-/// Opens a mesh.
-///
-/// # Errors
-/// As the formats.
-pub fn open(ws: &crate::disk::Workspace, request: &Request) -> crate::Result<Mesh> {
-    if request.raw_index.is_some() {
-        arrays::open_raw(ws, request)
-    } else {
-        arrays::open_npy(ws, request)
-    }
 }

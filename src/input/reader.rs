@@ -300,20 +300,10 @@ mod tests {
     use super::*;
     use crate::disk::DataFile;
     use crate::folder::digest_file;
-    use crate::input::testing::workspace;
-
-    /// Gives at most 7 bytes at a time.
-    struct Dripping(std::io::Cursor<Vec<u8>>);
-
-    impl Read for Dripping {
-        fn read(&mut self, buf: &mut [u8]) -> std::io::Result<usize> {
-            let n = buf.len().min(7);
-            self.0.read(&mut buf[..n])
-        }
-    }
+    use crate::input::testing::{Dripping, workspace};
 
     fn dripping(ws: &Workspace, data: &[u8]) -> ByteReader {
-        let source = Dripping(std::io::Cursor::new(data.to_vec()));
+        let source = Dripping(std::io::Cursor::new(data.to_vec()), 7);
         ByteReader::new(ws, Box::new(source), "drip".into(), None).unwrap()
     }
 

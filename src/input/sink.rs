@@ -1,4 +1,5 @@
-//! Where a decoder puts the mesh: indices to a scratch file, coordinates to `G.npy`.
+//! Where a decoder puts the mesh: indices to a scratch file, coordinates to `G.npy` (to a
+//! scratch file too when vertices will be welded, since welding writes the `G.npy` then).
 //!
 //! Why nothing depends on what a file claims: a vertex or triangle is written when it has been
 //! decoded, and a face of any number of corners is cut into its fan while it streams past
@@ -35,7 +36,7 @@ pub struct MeshSink {
     triangles: u64,
     /// Triangles that 4-byte corner ids allow.
     narrow_triangles: u64,
-    g: DataFile,
+    g: Source,
     g_buf: Vec<u8>,
     g_len: usize,
     g_at: u64,
@@ -56,7 +57,8 @@ struct Fan {
 
 impl MeshSink {
     /// A sink for the mesh in `path` (its name in messages), with coordinates of type `kind`
-    /// unless the request says otherwise. Creates `G.npy`, which must not exist.
+    /// unless the request says otherwise. Creates `G.npy`, which must not exist, unless the
+    /// request asks to weld.
     ///
     /// # Errors
     /// [`Error::Io`], [`Error::Budget`] for the buffers.
@@ -68,6 +70,12 @@ impl MeshSink {
     ) -> Result<MeshSink> {
         let (v_bytes, v_lease) = lease_buffer(&ws.budget, "the buffer for indices", LEAST)?;
         let (g_bytes, g_lease) = lease_buffer(&ws.budget, "the buffer for coordinates", LEAST)?;
+        let (g, g_at) = if request.weld == Some(true) {
+            (Source::Scratch(ws.scratch.file("coordinates")?), 0)
+        } else {
+            let file = DataFile::create_new(&request.g_path, &ws.io)?;
+            (Source::Named(file), DATA_START)
+        };
         Ok(MeshSink {
             path: path.to_owned(),
             v: ws.scratch.file("indices")?,
@@ -76,10 +84,10 @@ impl MeshSink {
             wide: request.wide,
             triangles: 0,
             narrow_triangles: (NARROW_IDS - 1) / 3,
-            g: DataFile::create_new(&request.g_path, &ws.io)?,
+            g,
             g_buf: vec![0; g_bytes / 24 * 24],
             g_len: 0,
-            g_at: DATA_START,
+            g_at,
             kind: request.coords.unwrap_or(kind),
             vertices: 0,
             polygons_fanned: 0,
@@ -197,7 +205,11 @@ impl MeshSink {
     }
 
     fn flush_g(&mut self) -> Result<()> {
-        self.g.write_at(&self.g_buf[..self.g_len], self.g_at)?;
+        let bytes = &self.g_buf[..self.g_len];
+        match &self.g {
+            Source::Named(file) => file.write_at(bytes, self.g_at)?,
+            Source::Scratch(file) => file.write_at(bytes, self.g_at)?,
+        }
         self.g_at += self.g_len as u64;
         self.g_len = 0;
         Ok(())
@@ -348,8 +360,11 @@ impl MeshSink {
     pub fn finish(mut self, format: &str, digest: InputDigest) -> Result<Mesh> {
         self.flush_v()?;
         self.flush_g()?;
-        // Without a vertex nothing was written behind the hole for the header.
-        self.g.set_len(self.g_at)?;
+        let placed = matches!(self.g, Source::Named(_));
+        if placed {
+            // Without a vertex nothing was written behind the hole for the header.
+            self.g.data().set_len(self.g_at)?;
+        }
         Ok(Mesh {
             v: IndexArray {
                 source: Source::Scratch(self.v),
@@ -363,12 +378,12 @@ impl MeshSink {
                 triangles: self.triangles,
             },
             g: Some(CoordArray {
-                source: Source::Named(self.g),
-                at: DATA_START,
+                source: self.g,
+                at: if placed { DATA_START } else { 0 },
                 kind: self.kind,
                 endian: Endian::Little,
                 vertices: self.vertices,
-                placed: true,
+                placed,
             }),
             vertices: None,
             polygons_fanned: self.polygons_fanned,
@@ -422,13 +437,6 @@ mod tests {
     }
 
     #[test]
-    fn the_width_of_the_largest_narrow_mesh() {
-        // 3T stays below 2^32 - 1.
-        assert!((NARROW_IDS - 1) / 3 * 3 < NARROW_IDS);
-        assert!(((NARROW_IDS - 1) / 3 + 1) * 3 >= NARROW_IDS);
-    }
-
-    #[test]
     fn coordinates_keep_their_bits_or_are_converted_on_request() {
         let dir = tempfile::tempdir().unwrap();
         let ws = testing::workspace(dir.path(), 100 << 10);
@@ -449,6 +457,13 @@ mod tests {
         assert_eq!(bits[9000], u64::from(0.1f32.to_bits()));
         let mesh = make(Some(CoordKind::F8), [0.1, f64::INFINITY, 1.0]).unwrap();
         assert_eq!(testing::bits(&mesh)[9000], 0.1f64.to_bits());
+        let mut request = testing::request(dir.path(), dir.path());
+        request.weld = Some(true);
+        let mut sink = MeshSink::new(&ws, &request, dir.path(), CoordKind::F4).unwrap();
+        sink.vertex4([signalling, 2.0, 3.0]).unwrap();
+        let mesh = sink.finish("test", digest()).unwrap();
+        assert_eq!(testing::bits(&mesh)[0], 0x7fa0_1234);
+        assert!(!mesh.g.unwrap().placed && !request.g_path.exists());
         let error = make(None, [0.0, 1e39, 1.0]).unwrap_err().to_string();
         assert!(
             error.contains("vertex 3000") && error.contains("1e39"),

@@ -1,7 +1,9 @@
 //! What the unit tests of the readers share: a workspace, and a mesh read back into memory.
 
+use super::reader::ByteReader;
 use super::{CoordKind, IndexKind, Mesh, Request};
 use crate::disk::{Budget, Counters, NoProgress, Scratch, Workers, Workspace};
+use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -66,12 +68,73 @@ pub fn bits(mesh: &Mesh) -> Vec<u64> {
         .collect()
 }
 
-/// The coordinates of a mesh decoded by us, as f64.
-pub fn coords(mesh: &Mesh) -> Vec<f64> {
-    let kind = mesh.g.as_ref().unwrap().kind;
-    let value = |&b: &u64| match kind {
-        CoordKind::F4 => f64::from(f32::from_bits(b as u32)),
-        CoordKind::F8 => f64::from_bits(b),
+/// What a mesh decodes to: triangles, bits and type of the coordinates, polygons fanned.
+#[derive(Debug, PartialEq)]
+pub struct Decoded {
+    pub triangles: Vec<[u64; 3]>,
+    pub bits: Vec<u64>,
+    pub kind: CoordKind,
+    pub fanned: u64,
+}
+
+/// A reader of one of the formats.
+pub type Read = fn(&Workspace, ByteReader, &Request) -> Result<Mesh>;
+
+/// Decodes `data`, coming `step` bytes at a time, and sees that nothing stays leased.
+pub fn decode(read: Read, data: &[u8], step: usize, coords: Option<CoordKind>) -> Result<Decoded> {
+    let dir = tempfile::tempdir().unwrap();
+    let ws = workspace(dir.path(), 200 << 10);
+    let source = Dripping(std::io::Cursor::new(data.to_vec()), step);
+    let reader = ByteReader::new(&ws, Box::new(source), "mesh".into(), None)?;
+    let mut request = request(dir.path(), dir.path());
+    request.coords = coords;
+    let result = read(&ws, reader, &request).map(|mesh| {
+        assert_eq!(mesh.entry.files[0].bytes, data.len() as u64);
+        Decoded {
+            triangles: triangles(&mesh),
+            bits: bits(&mesh),
+            kind: mesh.g.as_ref().unwrap().kind,
+            fanned: mesh.polygons_fanned,
+        }
+    });
+    assert_eq!((ws.budget.used(), ws.scratch.used()), (0, 0));
+    result
+}
+
+/// Gives at most so many bytes at a time.
+pub struct Dripping(pub std::io::Cursor<Vec<u8>>, pub usize);
+
+impl std::io::Read for Dripping {
+    fn read(&mut self, buf: &mut [u8]) -> std::io::Result<usize> {
+        let n = buf.len().min(self.1);
+        self.0.read(&mut buf[..n])
+    }
+}
+
+/// The message of a failed decoding, which must hold every one of `parts`.
+pub fn refused(read: Read, data: &[u8], parts: &[&str]) {
+    let message = match decode(read, data, usize::MAX, None) {
+        Ok(decoded) => panic!("{} gave {decoded:?}", String::from_utf8_lossy(data)),
+        Err(Error::Input(bad)) => bad.to_string(),
+        Err(other) => panic!("{other}"),
     };
-    bits(mesh).iter().map(value).collect()
+    for part in parts {
+        assert!(message.contains(part), "{message:?} lacks {part:?}");
+    }
+}
+
+/// Cuts `data` at every byte: an error of the input, or from byte `whole` on the whole mesh.
+pub fn truncated(read: Read, data: &[u8], whole: usize) {
+    let right = decode(read, data, usize::MAX, None).unwrap();
+    assert_eq!(decode(read, data, 1, None).unwrap(), right, "byte by byte");
+    for len in 0..data.len() {
+        match decode(read, &data[..len], 7, None) {
+            Ok(mesh) => {
+                assert!(len >= whole, "cut at {len} of {} is accepted", data.len());
+                assert_eq!(mesh, right, "cut at {len}");
+            }
+            Err(Error::Input(_)) => assert!(len < whole, "cut at {len} is refused"),
+            Err(other) => panic!("cut at {len}: {other}"),
+        }
+    }
 }

@@ -1,0 +1,200 @@
+//! From the request to a mesh: which format it is, and what cannot go together.
+//!
+//! The format is what `--format` says; else `--raw-index` makes it raw; else the first bytes
+//! of `.npy` and PLY, which nothing else begins with; else the extension of the name; else the
+//! first bytes once more (OFF, OBJ, STL), which is all there is for standard input.
+//!
+//! Memory: the reader's buffer. I/O: the first 4 KiB.
+
+use super::reader::{ByteReader, PEEK};
+use super::{Format, Mesh, Request, arrays, obj, off, ply, stl, weld};
+use crate::disk::Workspace;
+use crate::error::{Error, Result};
+use std::path::Path;
+
+/// What is read, for messages.
+const SUPPORTED: &str = "a mesh as PLY, STL, OBJ, OFF, .npy, or as raw arrays (with --raw-index)";
+
+/// Opens or decodes the mesh that the request names.
+///
+/// Arrays (`.npy`, raw) are used where they lie; all else is read once, from its first byte to
+/// its last. Indices are not checked against the number of vertices: the scan does that.
+///
+/// # Errors
+/// [`Error::Usage`] for options that do not go together, [`Error::Input`] for an input that is
+/// no mesh or a damaged one, [`Error::Io`], [`Error::Budget`], [`Error::DiskLimit`].
+pub fn open(ws: &Workspace, request: &Request) -> Result<Mesh> {
+    let stdin = request.path == Path::new("-");
+    let named = named_format(request)?;
+    if let Some(format @ (Format::Npy | Format::Raw)) = named {
+        return open_arrays(ws, request, format, stdin);
+    }
+    let mut reader = if stdin {
+        ByteReader::from_stdin(ws)?
+    } else {
+        ByteReader::open(ws, &request.path)?
+    };
+    let first = reader.peek(PEEK)?.to_vec();
+    if first.is_empty() {
+        let help = "nothing was written to it";
+        return Err(bad(&reader, SUPPORTED, "an empty file", help));
+    }
+    let format = match named {
+        Some(format) => format,
+        None => guessed_format(&reader, &first)?,
+    };
+    check_options(request, format)?;
+    if matches!(format, Format::Npy | Format::Raw) {
+        drop(reader);
+        return open_arrays(ws, request, format, stdin);
+    }
+    decode(ws, reader, request, format, &first)
+}
+
+/// Decodes a streamable format, and welds when that is asked for or needed.
+fn decode(
+    ws: &Workspace,
+    mut reader: ByteReader,
+    request: &Request,
+    format: Format,
+    first: &[u8],
+) -> Result<Mesh> {
+    let welding = request.weld == Some(true) || format == Format::Stl;
+    let mut request = request.clone();
+    request.weld = welding.then_some(true);
+    if format != Format::Stl {
+        let utf16 = first.starts_with(b"\xfe\xff") || first.starts_with(b"\xff\xfe");
+        if utf16 {
+            let help = "save it as UTF-8 or plain ASCII";
+            return Err(bad(&reader, "text of one byte a character", "UTF-16", help));
+        }
+        // The mark that some editors write before UTF-8.
+        if first.starts_with(b"\xef\xbb\xbf") {
+            reader.consume(3);
+        }
+    }
+    let mesh = match format {
+        Format::Ply => ply::read(ws, reader, &request)?,
+        Format::Obj => obj::read(ws, reader, &request)?,
+        Format::Off => off::read(ws, reader, &request)?,
+        _ => stl::read(ws, reader, &request)?,
+    };
+    if welding && !mesh.welded {
+        return weld::weld(ws, mesh, &request);
+    }
+    Ok(mesh)
+}
+
+fn open_arrays(ws: &Workspace, request: &Request, format: Format, stdin: bool) -> Result<Mesh> {
+    check_options(request, format)?;
+    if stdin {
+        return Err(Error::Usage(
+            "arrays (.npy, raw) cannot come from standard input: they are used where they lie, \
+             and read more than once; give the name of a file"
+                .into(),
+        ));
+    }
+    let mesh = match format {
+        Format::Npy => arrays::open_npy(ws, request)?,
+        _ => arrays::open_raw(ws, request)?,
+    };
+    match request.weld {
+        Some(true) if mesh.g.is_none() => Err(Error::Usage(
+            "--weld joins vertices of equal position, but this mesh has no coordinates; \
+             give them with --positions"
+                .into(),
+        )),
+        Some(true) => weld::weld(ws, mesh, request),
+        _ => Ok(mesh),
+    }
+}
+
+/// The format that the options settle.
+fn named_format(request: &Request) -> Result<Option<Format>> {
+    match (request.format, request.raw_index) {
+        (Some(Format::Raw), None) => Err(Error::Usage(
+            "raw arrays need --raw-index: the type of their indices".into(),
+        )),
+        (Some(Format::Raw) | None, Some(_)) => Ok(Some(Format::Raw)),
+        (Some(_), Some(_)) => Err(Error::Usage(
+            "--raw-index is for raw arrays; leave it away, or say --format raw".into(),
+        )),
+        (format, None) => Ok(format),
+    }
+}
+
+/// Refuses options that the format has no use for.
+fn check_options(request: &Request, format: Format) -> Result<()> {
+    let arrays = matches!(format, Format::Npy | Format::Raw);
+    let refuse = |text: &str| Err(Error::Usage(text.into()));
+    if !arrays && request.positions.is_some() {
+        return refuse("--positions is for .npy and raw arrays; this format has its own");
+    }
+    if !arrays && request.vertices.is_some() {
+        return refuse("--vertices is for .npy and raw arrays; this format has its own");
+    }
+    if format == Format::Stl && request.weld == Some(false) {
+        return refuse(
+            "--no-weld cannot be: STL gives each triangle three points of its own, so without \
+             welding equal points no two triangles would share an edge",
+        );
+    }
+    Ok(())
+}
+
+/// The format by the first bytes and the name.
+fn guessed_format(reader: &ByteReader, first: &[u8]) -> Result<Format> {
+    if first.starts_with(b"\x93NUMPY") {
+        return Ok(Format::Npy);
+    }
+    let text = first.strip_prefix(b"\xef\xbb\xbf").unwrap_or(first);
+    let line_end = |b: Option<&u8>| b.is_none_or(u8::is_ascii_whitespace);
+    let trimmed = text.trim_ascii_start();
+    if trimmed.starts_with(b"ply") && line_end(trimmed.get(3)) {
+        return Ok(Format::Ply);
+    }
+    let extension = reader.path().extension().and_then(|e| e.to_str());
+    match extension.map(str::to_ascii_lowercase).as_deref() {
+        Some("ply") => return Ok(Format::Ply),
+        Some("stl") => return Ok(Format::Stl),
+        Some("obj") => return Ok(Format::Obj),
+        Some("off") => return Ok(Format::Off),
+        Some("npy") => return Ok(Format::Npy),
+        _ => {}
+    }
+    let word = first_word(text);
+    if off::keyword(word).is_some() {
+        return Ok(Format::Off);
+    }
+    let count = first
+        .get(80..84)
+        .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let binary_stl = count.map(|n| 84 + 50 * u64::from(n));
+    if word == b"solid" || (binary_stl.is_some() && binary_stl == reader.length()) {
+        return Ok(Format::Stl);
+    }
+    if obj::KEYWORDS.contains(&word) {
+        return Ok(Format::Obj);
+    }
+    let start: String = String::from_utf8_lossy(&first[..first.len().min(16)])
+        .chars()
+        .flat_map(char::escape_default)
+        .collect();
+    let help = "if it is one of these, say which: --format ply, stl, obj, off, npy or raw; \
+                convert other formats first";
+    let found = format!("a file that begins with `{start}`");
+    Err(bad(reader, SUPPORTED, found, help))
+}
+
+/// The first word that is in no comment.
+fn first_word(text: &[u8]) -> &[u8] {
+    text.split(|&b| b == b'\n' || b == b'\r')
+        .map(<[u8]>::trim_ascii)
+        .find(|line| !line.is_empty() && line[0] != b'#')
+        .and_then(|line| line.split(u8::is_ascii_whitespace).next())
+        .unwrap_or_default()
+}
+
+fn bad(reader: &ByteReader, expected: &str, found: impl Into<String>, help: &str) -> Error {
+    Error::input(reader.path(), "", expected, found, help)
+}
