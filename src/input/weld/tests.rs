@@ -1,0 +1,411 @@
+//! Welding against a weld in memory that is too simple to be wrong.
+
+use super::*;
+use crate::disk::DataFile;
+use crate::folder::InputEntry;
+use crate::input::testing::{bits as bits_of, request, triangles, workspace};
+use crate::input::{Endian, Source};
+use proptest::prelude::*;
+use std::collections::HashMap;
+
+/// V and the bits of G.
+type Plain = (Vec<[u64; 3]>, Vec<u64>);
+
+/// Bits that are equal for equal coordinates: those of -0 become those of +0.
+fn value(bits: u64, kind: CoordKind) -> u64 {
+    let zero = match kind {
+        CoordKind::F4 => f32::from_bits(bits as u32) == 0.0,
+        CoordKind::F8 => f64::from_bits(bits) == 0.0,
+    };
+    if zero { 0 } else { bits }
+}
+
+/// Ids in order of first use, and the first-used bits.
+fn naive(corners: &[[u64; 3]], kind: CoordKind) -> Plain {
+    let mut known = HashMap::new();
+    let (mut ids, mut g) = (Vec::new(), Vec::new());
+    for at in corners {
+        let fresh = known.len() as u64;
+        let id = *known.entry(at.map(|c| value(c, kind))).or_insert(fresh);
+        ids.push(id);
+        if id == fresh {
+            g.extend(at);
+        }
+    }
+    (ids.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(), g)
+}
+
+/// A workspace whose budget is checked at the end.
+struct Bench {
+    dir: tempfile::TempDir,
+    ws: Workspace,
+}
+
+impl Bench {
+    fn new(memory: u64) -> Bench {
+        let dir = tempfile::tempdir().unwrap();
+        let ws = workspace(dir.path(), memory);
+        Bench { dir, ws }
+    }
+
+    fn soup(&self, corners: &[[u64; 3]], kind: CoordKind, wide: bool, tuning: Tuning) -> Plain {
+        match kind {
+            CoordKind::F4 => self.soup_of(corners, |c| c as u32, wide, tuning),
+            CoordKind::F8 => self.soup_of(corners, |c| c, wide, tuning),
+        }
+    }
+
+    fn soup_of<B: Bits>(
+        &self,
+        corners: &[[u64; 3]],
+        bits: impl Fn(u64) -> B,
+        wide: bool,
+        tuning: Tuning,
+    ) -> Plain {
+        let mut request = request(self.dir.path(), self.dir.path());
+        request.wide = wide;
+        let feed = |soup: &mut Soup<'_, '_, B>| {
+            let mut triangles = corners.chunks_exact(3);
+            triangles.try_for_each(|t| soup.triangle([0, 1, 2].map(|k| t[k].map(&bits))))
+        };
+        let count = corners.len() as u64 / 3;
+        let ((), v, g) = soup_tuned(&self.ws, &request, count, feed, tuning).unwrap();
+        assert_eq!(v.kind == IndexKind::U8, wide);
+        let vertices = Some(g.vertices);
+        self.read_back(Mesh {
+            vertices,
+            ..mesh(v, Some(g))
+        })
+    }
+
+    fn read_back(&self, mesh: Mesh) -> Plain {
+        let g = mesh.g.as_ref().unwrap();
+        assert!(g.placed && g.endian == Endian::Little && g.at == 4096);
+        assert_eq!(mesh.vertices, Some(g.vertices));
+        assert_eq!(self.ws.budget.used(), 0);
+        let plain = (triangles(&mesh), bits_of(&mesh));
+        drop(mesh);
+        assert_eq!(self.ws.scratch.used(), 0);
+        plain
+    }
+
+    fn file(&self, name: &str, bytes: &[u8]) -> Source {
+        let path = self.dir.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        Source::Named(DataFile::open(&path, &self.ws.io).unwrap())
+    }
+
+    /// A mesh whose arrays begin at bytes 7 and 4096 of files.
+    fn indexed(
+        &self,
+        v: &[[u64; 3]],
+        g: &[[u64; 3]],
+        kinds: (IndexKind, CoordKind),
+        endian: Endian,
+    ) -> Mesh {
+        let bytes = |rows: &[[u64; 3]], width: u64, at: usize| {
+            let mut out = vec![0xee; at];
+            for value in rows.iter().flatten() {
+                let le = value.to_le_bytes();
+                let mut le = le[..width as usize].to_vec();
+                if endian == Endian::Big {
+                    le.reverse();
+                }
+                out.extend(le);
+            }
+            out
+        };
+        let indices = IndexArray {
+            source: self.file("v", &bytes(v, kinds.0.bytes(), 7)),
+            at: 7,
+            kind: kinds.0,
+            endian,
+            triangles: v.len() as u64,
+        };
+        let coords = CoordArray {
+            source: self.file("placed", &bytes(g, kinds.1.bytes(), 4096)),
+            at: 4096,
+            kind: kinds.1,
+            endian,
+            vertices: g.len() as u64,
+            placed: false,
+        };
+        mesh(indices, Some(coords))
+    }
+}
+
+fn mesh(v: IndexArray, g: Option<CoordArray>) -> Mesh {
+    Mesh {
+        v,
+        g,
+        vertices: None,
+        polygons_fanned: 3,
+        welded: false,
+        entry: InputEntry {
+            format: "test".into(),
+            files: Vec::new(),
+        },
+    }
+}
+
+/// Coordinates that tempt: both zeros, several NaNs, infinities, neighbours.
+fn tempting(i: u64, kind: CoordKind) -> u64 {
+    let f4: [u32; 12] = [
+        0,
+        1 << 31,
+        0x7fc0_0000,
+        0xffc0_0000,
+        0x7fc0_0001,
+        0x7f80_0000,
+        0xff80_0000,
+        0x3f80_0000,
+        0x3f80_0001,
+        1,
+        0x8000_0001,
+        0xbf80_0000,
+    ];
+    match kind {
+        CoordKind::F4 => u64::from(f4[i as usize % 12]),
+        // The same values, and some that only 8 bytes tell apart.
+        CoordKind::F8 => {
+            let wide = f64::from(f32::from_bits(f4[i as usize % 12])).to_bits();
+            if i.is_multiple_of(5) {
+                wide
+            } else {
+                wide ^ u64::from(i.is_multiple_of(3))
+            }
+        }
+    }
+}
+
+fn random(n: usize, spread: u64, kind: CoordKind, seed: u64) -> Vec<[u64; 3]> {
+    let mut state = seed;
+    let mut next = move || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        state >> 33
+    };
+    let mut at = || [0; 3].map(|_| tempting(next() % spread, kind));
+    (0..n).map(|_| at()).collect()
+}
+
+#[test]
+fn soups_of_every_kind_at_every_block_size() {
+    for kind in [CoordKind::F4, CoordKind::F8] {
+        for (n, spread, seed) in [(0, 1, 1), (3, 60, 2), (300, 3, 3), (3000, 60, 4)] {
+            let corners = random(n, spread, kind, seed);
+            let expected = naive(&corners, kind);
+            for room in [Some(1), Some(2), Some(3), Some(16), Some(100), None] {
+                for memory in [LEAST, 64 << 20] {
+                    let bench = Bench::new(memory);
+                    let tuning = Tuning {
+                        room,
+                        ..Tuning::default()
+                    };
+                    for wide in [false, true] {
+                        let found = bench.soup(&corners, kind, wide, tuning);
+                        assert!(found == expected, "{kind:?} {n} {room:?} {memory} {wide}");
+                    }
+                    assert!(bench.ws.budget.peak() <= memory);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn stored_bits_are_those_of_the_first_use() {
+    let bench = Bench::new(LEAST);
+    let minus = 1 << 31;
+    let corners = [
+        [5, minus, 7],
+        [5, 0, 7],
+        [0, 0, minus],
+        [minus, 0, 0],
+        [5, minus, 7],
+        [9, 9, 9],
+    ];
+    for room in [1, 2, 6] {
+        let tuning = Tuning {
+            room: Some(room),
+            ..Tuning::default()
+        };
+        let (v, g) = bench.soup(&corners, CoordKind::F4, false, tuning);
+        assert_eq!(v, [[0, 0, 1], [1, 0, 2]]);
+        assert_eq!(g, [5, minus, 7, 0, 0, minus, 9, 9, 9]);
+    }
+}
+
+#[test]
+fn indexed_meshes_of_every_kind() {
+    let tunings = |rooms: &'static [usize]| {
+        let reads = [Some(0), Some(60), None];
+        let tuning = move |room| reads.map(|longest_read| Tuning { room, longest_read });
+        rooms
+            .iter()
+            .map(|&r| Some(r))
+            .chain([None])
+            .flat_map(tuning)
+    };
+    for (n, kind, index, endian) in [
+        (40, CoordKind::F4, IndexKind::U4, Endian::Little),
+        (40, CoordKind::F8, IndexKind::I8, Endian::Big),
+        (900, CoordKind::F4, IndexKind::I4, Endian::Big),
+        (900, CoordKind::F8, IndexKind::U8, Endian::Little),
+    ] {
+        let g = random(n, 8, kind, 11);
+        // Near ids first, then ids from all over; a part of the vertices is never named.
+        let near = (0..n as u64 / 2).map(|t| [t, t + 1, t / 2]);
+        let far =
+            (0..n as u64).map(|t| [0u64, 1, 2].map(|k| (t * 7919 + k * 104_729) % (n as u64 - 5)));
+        let v: Vec<[u64; 3]> = near.chain(far).collect();
+        let corners: Vec<[u64; 3]> = v.iter().flatten().map(|&i| g[i as usize]).collect();
+        let expected = naive(&corners, kind);
+        for tuning in tunings(&[1, 5, 64]) {
+            for memory in [LEAST, 8 << 20] {
+                let bench = Bench::new(memory);
+                let request = request(bench.dir.path(), bench.dir.path());
+                let mesh = bench.indexed(&v, &g, (index, kind), endian);
+                let mesh = weld_tuned(&bench.ws, mesh, &request, tuning).unwrap();
+                assert!(mesh.welded && mesh.polygons_fanned == 3);
+                assert_eq!(
+                    mesh.g.as_ref().unwrap().source.data().path(),
+                    request.g_path
+                );
+                let found = bench.read_back(mesh);
+                assert!(found == expected, "{n} {kind:?} {tuning:?} {memory}");
+                assert!(bench.ws.budget.peak() <= memory);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_placed_g_is_replaced() {
+    let bench = Bench::new(LEAST);
+    let mut request = request(bench.dir.path(), bench.dir.path());
+    request.g_path = bench.dir.path().join("placed");
+    let g = [[1, 1, 1], [2, 2, 2], [1, 1, 1], [8, 8, 8]];
+    let mut mesh = bench.indexed(
+        &[[1, 0, 2]],
+        &g,
+        (IndexKind::U4, CoordKind::F4),
+        Endian::Little,
+    );
+    mesh.g.as_mut().unwrap().placed = true;
+    let mesh = weld(&bench.ws, mesh, &request).unwrap();
+    assert_eq!(
+        bench.read_back(mesh),
+        (vec![[0, 1, 1]], vec![2, 2, 2, 1, 1, 1])
+    );
+    let mut names: Vec<_> = std::fs::read_dir(bench.dir.path())
+        .unwrap()
+        .map(|e| e.unwrap().file_name())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["placed", "v"]);
+}
+
+#[test]
+fn coordinates_are_converted_first() {
+    let bench = Bench::new(LEAST);
+    let mut request = request(bench.dir.path(), bench.dir.path());
+    let kinds = (IndexKind::U4, CoordKind::F8);
+    let near = [[1.0f64, 1.0, 1.0], [1.0, 1.0, 1.0 + 1e-12], [2.0, 0.1, 0.0]];
+    let g = near.map(|at| at.map(f64::to_bits));
+    request.coords = Some(CoordKind::F4);
+    let mesh = weld(
+        &bench.ws,
+        bench.indexed(&[[0, 1, 2]], &g, kinds, Endian::Little),
+        &request,
+    )
+    .unwrap();
+    let f4 = |c: f32| u64::from(c.to_bits());
+    let (v, bits) = bench.read_back(mesh);
+    assert_eq!(v, [[0, 0, 1]]);
+    assert_eq!(bits, [f4(1.0), f4(1.0), f4(1.0), f4(2.0), f4(0.1), f4(0.0)]);
+    let large = [g[0], g[1], [1e40f64.to_bits(), 0, 0]];
+    let mesh = bench.indexed(&[[0, 1, 2]], &large, kinds, Endian::Little);
+    let message = weld(&bench.ws, mesh, &request).unwrap_err().to_string();
+    assert!(
+        message.contains("vertex 2") && message.contains("1e40") && message.contains("--coords f8"),
+        "{message}"
+    );
+    assert_eq!((bench.ws.budget.used(), bench.ws.scratch.used()), (0, 0));
+}
+
+#[test]
+fn refusals() {
+    let bench = Bench::new(LEAST);
+    let request = request(bench.dir.path(), bench.dir.path());
+    let weld_of = |v: [u64; 3], kind| {
+        let mesh = bench.indexed(
+            &[[0, 1, 2], v],
+            &[[0; 3]; 3],
+            (kind, CoordKind::F4),
+            Endian::Big,
+        );
+        weld(&bench.ws, mesh, &request).unwrap_err().to_string()
+    };
+    let message = weld_of([0, 3, 1], IndexKind::U4);
+    assert!(
+        message.contains("triangle 1, corner 1") && message.contains("below 3, found vertex 3"),
+        "{message}"
+    );
+    assert!(weld_of([u64::MAX, 0, 1], IndexKind::I4).contains("found vertex -1"));
+    assert!(
+        weld_of([0, 1, u64::MAX - 6], IndexKind::I8)
+            .contains("corner 2: expected a vertex from 0 to below 3, found vertex -7")
+    );
+    let mut bare = bench.indexed(&[], &[], (IndexKind::U4, CoordKind::F4), Endian::Little);
+    bare.g = None;
+    assert!(matches!(
+        weld(&bench.ws, bare, &request),
+        Err(Error::Usage(_))
+    ));
+    let tight = Bench::new(LEAST - 1);
+    let mesh = tight.indexed(&[], &[], (IndexKind::U4, CoordKind::F4), Endian::Little);
+    match weld(&tight.ws, mesh, &request) {
+        Err(Error::Budget { need, .. }) => assert_eq!(need, LEAST),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_large_soup_in_the_least_memory_spills() {
+    // A grid of 300 x 300 squares, then the same triangles in another order.
+    let at = |i: u64, j: u64| [i, j, i * j % 7].map(|c| u64::from((c as f32).to_bits()));
+    let mut corners = Vec::new();
+    for n in 0..90_000u64 {
+        for n in [n, n * 7919 % 90_000] {
+            let (i, j) = (n / 300, n % 300);
+            corners.extend([at(i, j), at(i + 1, j), at(i, j + 1)]);
+            corners.extend([at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)]);
+        }
+    }
+    let expected = naive(&corners, CoordKind::F4);
+    assert_eq!(expected.1.len(), 3 * 301 * 301);
+    let bench = Bench::new(LEAST);
+    assert!(bench.soup(&corners, CoordKind::F4, false, Tuning::default()) == expected);
+    assert!(bench.ws.budget.peak() <= LEAST);
+    // Numbers in blocks alone would be 4 bytes a corner.
+    assert!(bench.ws.scratch.peak() > 8 * corners.len() as u64);
+    let ample = Bench::new(256 << 20);
+    assert!(ample.soup(&corners, CoordKind::F4, false, Tuning::default()) == expected);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn any_soup(ids in prop::collection::vec(0u64..200, 0..200), room in 1usize..40, wide: bool) {
+        let bench = Bench::new(LEAST);
+        for kind in [CoordKind::F4, CoordKind::F8] {
+            let at = |&i: &u64| [tempting(i % 12, kind), tempting(i / 12, kind), i / 100];
+            let corners: Vec<_> = ids.iter().map(at).collect();
+            let corners = &corners[..corners.len() / 3 * 3];
+            let tuning = Tuning { room: Some(room), ..Tuning::default() };
+            prop_assert_eq!(bench.soup(corners, kind, wide, tuning), naive(corners, kind));
+        }
+    }
+}
