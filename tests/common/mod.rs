@@ -8,12 +8,14 @@
 // Each test binary compiles its own copy of this module and uses a part of it.
 #![allow(dead_code)]
 
+pub mod bench;
 pub mod folder;
 pub mod formats;
 pub mod mesh;
 pub mod naive;
 pub mod npy;
 pub mod random;
+pub mod readers;
 pub mod run;
 pub mod space;
 pub mod surfaces;
