@@ -117,20 +117,35 @@ fn stl(bytes: &[u8]) -> Mesh {
 struct Scalars<'a> {
     format: String,
     body: &'a [u8],
+    /// What is left of the line, in text: each element stands on a line of its own, and one of the
+    /// files has more values on it than its header declares.
+    line: Vec<&'a str>,
 }
 
 impl Scalars<'_> {
-    fn take(&mut self, kind: &str) -> f64 {
-        if self.format == "ascii" {
-            let space = |b: &u8| b.is_ascii_whitespace();
-            let start = self
+    fn start_element(&mut self) {
+        while self.format == "ascii" {
+            let end = self
                 .body
                 .iter()
-                .position(|b| !space(b))
-                .expect("one more word");
-            let word = self.body[start..].split(space).next().unwrap();
-            self.body = &self.body[start + word.len()..];
-            let word = std::str::from_utf8(word).unwrap();
+                .position(|&b| b == b'\n')
+                .unwrap_or(self.body.len());
+            let (line, rest) = self.body.split_at(end);
+            self.body = rest.get(1..).unwrap_or_default();
+            self.line = std::str::from_utf8(line)
+                .expect("text")
+                .split_whitespace()
+                .rev()
+                .collect();
+            if !self.line.is_empty() {
+                break;
+            }
+        }
+    }
+
+    fn take(&mut self, kind: &str) -> f64 {
+        if self.format == "ascii" {
+            let word = self.line.pop().expect("one more value on the line");
             // Rounded to the type at once, as a reader of that type would.
             return match kind {
                 "float" | "float32" => f64::from(word.parse::<f32>().unwrap()),
@@ -182,6 +197,7 @@ fn ply(bytes: &[u8]) -> Mesh {
     let mut scalars = Scalars {
         format,
         body: &bytes[end..],
+        line: vec![],
     };
     // An element with its count, then the words of its properties.
     let mut elements: Vec<(String, usize, Vec<Vec<&str>>)> = vec![];
@@ -195,6 +211,7 @@ fn ply(bytes: &[u8]) -> Mesh {
     let (mut positions, mut triangles) = (vec![], vec![]);
     for (name, count, properties) in &elements {
         for _ in 0..*count {
+            scalars.start_element();
             let mut at = [0.0; 3];
             for words in properties {
                 if words[1] == "list" {
