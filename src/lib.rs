@@ -4,6 +4,7 @@
 
 pub mod build;
 pub mod chunk;
+pub mod cli;
 pub mod corner;
 pub mod disk;
 mod error;

@@ -1,0 +1,238 @@
+//! `cornermill build`: a mesh file in, a mesh folder out.
+
+use super::progress::{self, Kind};
+use super::size::{Size, memory_limit};
+use super::{Outcome, print};
+use crate::build::{Builder, IndexChoice};
+use crate::error::{Error, Result};
+use crate::folder::Orient;
+use crate::input::{CoordKind, Endian, Format, IndexKind};
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `build`.
+#[derive(Debug, Args)]
+pub struct BuildArgs {
+    /// Mesh file: PLY, STL, OBJ, OFF, .npy or raw array; - reads standard input
+    input: PathBuf,
+    /// Folder to make [default: the input's name with .ct]
+    #[arg(short, long, value_name = "OUT.ct")]
+    output: Option<PathBuf>,
+    /// Memory to keep within: KiB MiB GiB, kB MB GB, or % of the limit that the process sees
+    #[arg(long, value_name = "SIZE", default_value = "25%")]
+    memory: Size,
+    /// Number of threads [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Folder for scratch files; several are used by turns [default: beside the output]
+    #[arg(long, value_name = "DIR")]
+    tmp: Vec<PathBuf>,
+    /// The most scratch space to use
+    #[arg(long, value_name = "SIZE")]
+    max_disk: Option<Size>,
+    /// How triangles are oriented
+    #[arg(long, value_enum, default_value_t)]
+    orient: OrientArg,
+    /// Weld vertices of equal position (always done for STL)
+    #[arg(long, overrides_with = "no_weld")]
+    weld: bool,
+    /// Keep vertices as they are
+    #[arg(long, overrides_with = "weld")]
+    no_weld: bool,
+    /// Type of the stored coordinates [default: as the input has them, f4 for text]
+    #[arg(long, value_enum)]
+    coords: Option<CoordsArg>,
+    /// Width of the stored indices
+    #[arg(long, value_enum, default_value_t)]
+    index: IndexArg,
+    /// The input's format, instead of looking at its name and first bytes
+    #[arg(long, value_enum)]
+    format: Option<FormatArg>,
+    /// The input is a raw array of such indices
+    #[arg(long, value_enum)]
+    raw_index: Option<RawArg>,
+    /// Byte order of raw arrays
+    #[arg(long, value_enum, default_value_t)]
+    endian: EndianArg,
+    /// Number of vertices of a raw or .npy array of indices
+    #[arg(long, value_name = "N")]
+    vertices: Option<u64>,
+    /// File of coordinates beside a raw or .npy array of indices
+    #[arg(long, value_name = "FILE")]
+    positions: Option<PathBuf>,
+    /// Print the report as JSON, on stdout or to a file
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
+    json: Option<PathBuf>,
+    /// How progress is shown on stderr
+    #[arg(long, value_enum, default_value_t)]
+    progress: Kind,
+    /// No progress and no report
+    #[arg(short, long)]
+    quiet: bool,
+    /// Replace an existing output
+    #[arg(long)]
+    force: bool,
+    #[arg(long, hide = true)]
+    chunk_triangles: Option<u64>,
+    #[arg(long, hide = true)]
+    buckets: Option<usize>,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum OrientArg {
+    /// Orientable watertight components outward by signed volume, the rest by majority
+    #[default]
+    Outward,
+    /// Each orientable component as most of its triangles were
+    Majority,
+    /// Each orientable component as its first triangle was
+    First,
+    /// As the input has them; nothing is flipped
+    Keep,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum CoordsArg {
+    /// 4 bytes
+    F4,
+    /// 8 bytes
+    F8,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum IndexArg {
+    /// u4 while it suffices, else u8
+    #[default]
+    Auto,
+    /// 4 bytes
+    U4,
+    /// 8 bytes
+    U8,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum FormatArg {
+    /// Stanford PLY
+    Ply,
+    /// STL, binary or ascii
+    Stl,
+    /// Wavefront OBJ
+    Obj,
+    /// Object File Format
+    Off,
+    /// NumPy arrays
+    Npy,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RawArg {
+    /// Unsigned, 4 bytes
+    U4,
+    /// Unsigned, 8 bytes
+    U8,
+    /// Signed, 4 bytes
+    I4,
+    /// Signed, 8 bytes
+    I8,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum EndianArg {
+    /// Least significant byte first
+    #[default]
+    Little,
+    /// Most significant byte first
+    Big,
+}
+
+/// Runs `build`.
+///
+/// # Errors
+/// Those of [`Builder::build`].
+pub(super) fn run(args: &BuildArgs) -> Result<Outcome> {
+    let output = match &args.output {
+        Some(output) => output.clone(),
+        None if args.input == Path::new("-") => {
+            return Err(Error::Usage(
+                "standard input has no name; give the output with -o".into(),
+            ));
+        }
+        None => args.input.with_extension("ct"),
+    };
+    let report = builder(args).build(&output)?;
+    if !args.quiet {
+        print(&format!("{report:#?}\n"))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn builder(args: &BuildArgs) -> Builder {
+    let limit = memory_limit();
+    let mut builder = Builder::new(&args.input)
+        .memory(args.memory.bytes(limit))
+        .orient(match args.orient {
+            OrientArg::Outward => Orient::Outward,
+            OrientArg::Majority => Orient::Majority,
+            OrientArg::First => Orient::First,
+            OrientArg::Keep => Orient::Keep,
+        })
+        .index(match args.index {
+            IndexArg::Auto => IndexChoice::Auto,
+            IndexArg::U4 => IndexChoice::U4,
+            IndexArg::U8 => IndexChoice::U8,
+        })
+        .endian(match args.endian {
+            EndianArg::Little => Endian::Little,
+            EndianArg::Big => Endian::Big,
+        })
+        .force(args.force)
+        .progress(progress::sink(args.progress, args.quiet));
+    for dir in &args.tmp {
+        builder = builder.tmp(dir);
+    }
+    if let Some(threads) = args.threads {
+        builder = builder.threads(usize::from(threads));
+    }
+    if let Some(size) = args.max_disk {
+        builder = builder.max_disk(size.bytes(limit));
+    }
+    if args.weld || args.no_weld {
+        builder = builder.weld(args.weld);
+    }
+    if let Some(coords) = args.coords {
+        builder = builder.coords(match coords {
+            CoordsArg::F4 => CoordKind::F4,
+            CoordsArg::F8 => CoordKind::F8,
+        });
+    }
+    if let Some(format) = args.format {
+        builder = builder.format(match format {
+            FormatArg::Ply => Format::Ply,
+            FormatArg::Stl => Format::Stl,
+            FormatArg::Obj => Format::Obj,
+            FormatArg::Off => Format::Off,
+            FormatArg::Npy => Format::Npy,
+        });
+    }
+    if let Some(raw) = args.raw_index {
+        builder = builder.raw_index(match raw {
+            RawArg::U4 => IndexKind::U4,
+            RawArg::U8 => IndexKind::U8,
+            RawArg::I4 => IndexKind::I4,
+            RawArg::I8 => IndexKind::I8,
+        });
+    }
+    if let Some(vertices) = args.vertices {
+        builder = builder.vertices(vertices);
+    }
+    if let Some(positions) = &args.positions {
+        builder = builder.positions(positions);
+    }
+    if let Some(chunk) = args.chunk_triangles {
+        builder = builder.chunk_triangles(chunk);
+    }
+    if let Some(buckets) = args.buckets {
+        builder = builder.buckets(buckets);
+    }
+    builder
+}

@@ -1,0 +1,80 @@
+//! The command line: one file a subcommand. Terminal, progress and exit codes live only here.
+//!
+//! Reports go to stdout, everything else to stderr. Exit codes: 0 done, 1 a check failed,
+//! 2 usage, 3 bad input, 4 I/O or disk full, 5 budget too small, 70 internal error.
+
+mod build;
+mod progress;
+mod size;
+
+use crate::error::{Error, Result};
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Turns a triangle mesh larger than memory into a verified corner table on disk.
+#[derive(Debug, Parser)]
+#[command(name = "cornermill", version, about, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Build a mesh folder from a mesh file
+    Build(build::BuildArgs),
+}
+
+/// How a command ended when nothing went wrong with it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// Done, or the check passed.
+    Done,
+}
+
+/// Reads the arguments, runs the subcommand, says what went wrong, and returns the exit code.
+pub fn run() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) => {
+            // Help and version are no errors; clap prints each where it belongs.
+            let code = if e.use_stderr() { 2 } else { 0 };
+            let _ = e.print();
+            return ExitCode::from(code);
+        }
+    };
+    let done = match cli.command {
+        Command::Build(args) => build::run(&args),
+    };
+    match done {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("cornermill: {e}");
+            ExitCode::from(code_of(&e))
+        }
+    }
+}
+
+/// The exit code of an error: decided here and nowhere else.
+fn code_of(error: &Error) -> u8 {
+    match error {
+        Error::Usage(_) => 2,
+        Error::Input(_) => 3,
+        Error::Io { .. } | Error::DiskLimit { .. } => 4,
+        Error::Budget { .. } => 5,
+        Error::Internal(_) => 70,
+    }
+}
+
+/// Writes a report to stdout; a reader that went away is no error.
+fn print(text: &str) -> Result<()> {
+    use std::io::Write;
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io(
+            std::path::Path::new("standard output"),
+            "write the report",
+            e,
+        )),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,208 @@
+//! Progress on a terminal, as plain lines, as JSON lines, or none.
+
+use super::size::show;
+use crate::disk::{NoProgress, Progress};
+use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::IsTerminal;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+/// `--progress`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Kind {
+    /// A bar on a terminal, else nothing
+    #[default]
+    Auto,
+    /// A line when a pass begins and ends
+    Plain,
+    /// The same as JSON, a line each, and lines in between
+    Json,
+    /// Nothing
+    None,
+}
+
+/// The sink for a kind of progress, on stderr.
+pub fn sink(kind: Kind, quiet: bool) -> Arc<dyn Progress> {
+    match kind {
+        _ if quiet => Arc::new(NoProgress),
+        Kind::None => Arc::new(NoProgress),
+        Kind::Auto if std::io::stderr().is_terminal() => Arc::new(Bar::default()),
+        Kind::Auto => Arc::new(Notes),
+        Kind::Plain => Arc::new(Lines::new(false)),
+        Kind::Json => Arc::new(Lines::new(true)),
+    }
+}
+
+/// Notes alone: what a script's log should hold.
+struct Notes;
+
+impl Progress for Notes {
+    fn begin(&self, _: &'static str, _: &'static str, _: u64) {}
+    fn advance(&self, _: u64) {}
+    fn usage(&self, _: u64, _: u64) {}
+    fn end(&self) {}
+    fn note(&self, text: &str) {
+        eprintln!("cornermill: note: {text}");
+    }
+}
+
+/// A bar for each pass with rate, time to go, memory and scratch in use.
+#[derive(Default)]
+struct Bar {
+    bar: Mutex<Option<ProgressBar>>,
+}
+
+impl Bar {
+    fn with(&self, run: impl FnOnce(&ProgressBar)) {
+        if let Some(bar) = &*self.bar.lock().unwrap_or_else(|e| e.into_inner()) {
+            run(bar);
+        }
+    }
+}
+
+impl Progress for Bar {
+    fn begin(&self, pass: &'static str, unit: &'static str, total: u64) {
+        let bar = if total > 0 {
+            let template = if unit == "bytes" {
+                "{prefix:>12} [{bar:30}] {bytes}/{total_bytes} {bytes_per_sec} ETA {eta} {msg}"
+            } else {
+                "{prefix:>12} [{bar:30}] {human_pos}/{human_len} {per_sec} ETA {eta} {msg}"
+            };
+            let style = ProgressStyle::with_template(template);
+            ProgressBar::new(total)
+                .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        } else {
+            let style = ProgressStyle::with_template("{prefix:>12} {spinner} {elapsed} {msg}");
+            ProgressBar::new_spinner()
+                .with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
+        };
+        bar.set_prefix(pass);
+        *self.bar.lock().unwrap_or_else(|e| e.into_inner()) = Some(bar);
+    }
+
+    fn advance(&self, units: u64) {
+        self.with(|bar| bar.inc(units));
+    }
+
+    fn usage(&self, memory: u64, scratch: u64) {
+        self.with(|bar| {
+            bar.set_message(format!("memory {} scratch {}", show(memory), show(scratch)))
+        });
+    }
+
+    fn end(&self) {
+        self.with(|bar| bar.finish_and_clear());
+    }
+
+    fn note(&self, text: &str) {
+        self.with(|bar| bar.println(format!("cornermill: note: {text}")));
+    }
+}
+
+/// Lines, for logs and for programs.
+struct Lines {
+    json: bool,
+    state: Mutex<State>,
+    done: AtomicU64,
+}
+
+struct State {
+    pass: &'static str,
+    unit: &'static str,
+    total: u64,
+    start: Instant,
+    said: Instant,
+}
+
+impl Lines {
+    fn new(json: bool) -> Self {
+        let now = Instant::now();
+        Lines {
+            json,
+            state: Mutex::new(State {
+                pass: "",
+                unit: "",
+                total: 0,
+                start: now,
+                said: now,
+            }),
+            done: AtomicU64::new(0),
+        }
+    }
+
+    fn say(&self, event: &str, state: &State, memory: Option<(u64, u64)>) {
+        let done = self.done.load(Ordering::Relaxed);
+        let seconds = state.start.elapsed().as_secs_f64();
+        let rate = if seconds > 0.0 {
+            done as f64 / seconds
+        } else {
+            0.0
+        };
+        if self.json {
+            let eta =
+                (rate > 0.0 && state.total > done).then(|| (state.total - done) as f64 / rate);
+            let line = serde_json::json!({
+                "event": event, "pass": state.pass, "unit": state.unit, "done": done,
+                "total": state.total, "seconds": seconds, "rate": rate, "eta": eta,
+                "memory": memory.map(|m| m.0), "scratch": memory.map(|m| m.1),
+            });
+            eprintln!("{line}");
+        } else if event == "end" {
+            eprintln!(
+                "cornermill: {} done, {done} {} in {seconds:.2} s",
+                state.pass, state.unit
+            );
+        } else {
+            eprintln!(
+                "cornermill: {} ({} {})",
+                state.pass, state.total, state.unit
+            );
+        }
+    }
+}
+
+impl Progress for Lines {
+    fn begin(&self, pass: &'static str, unit: &'static str, total: u64) {
+        let mut state = self.state.lock().unwrap_or_else(|e| e.into_inner());
+        let now = Instant::now();
+        *state = State {
+            pass,
+            unit,
+            total,
+            start: now,
+            said: now,
+        };
+        self.done.store(0, Ordering::Relaxed);
+        self.say("begin", &state, None);
+    }
+
+    fn advance(&self, units: u64) {
+        self.done.fetch_add(units, Ordering::Relaxed);
+    }
+
+    fn usage(&self, memory: u64, scratch: u64) {
+        let mut state = self.state.lock().unwrap_or_else(|e| e.into_inner());
+        if self.json && state.said.elapsed().as_secs_f64() >= 0.5 {
+            state.said = Instant::now();
+            self.say("progress", &state, Some((memory, scratch)));
+        }
+    }
+
+    fn end(&self) {
+        self.say(
+            "end",
+            &self.state.lock().unwrap_or_else(|e| e.into_inner()),
+            None,
+        );
+    }
+
+    fn note(&self, text: &str) {
+        if self.json {
+            eprintln!("{}", serde_json::json!({"event": "note", "text": text}));
+        } else {
+            eprintln!("cornermill: note: {text}");
+        }
+    }
+}
