@@ -310,8 +310,9 @@ fn sum_cuts<W: Index>(
             union.join(first, component);
             let sums = tally.at(component)?;
             sums.cuts += 1;
-            // A component that cannot be oriented has the input's directions.
-            let down = if labels.nonorientable.get(component) {
+            // The directions of the finished table: the input's, where nothing is turned. (A
+            // component turned as a whole has them all reversed, which cancels as well.)
+            let down = if !job.applies_flips() || labels.nonorientable.get(component) {
                 corner.input_down()
             } else {
                 corner.down() ^ flip
