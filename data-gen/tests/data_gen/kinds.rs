@@ -1,6 +1,6 @@
 //! The closed forms of every kind against naive counts, at many small sizes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::naive;
 use data_gen::blobs::Blobs;
@@ -113,6 +113,33 @@ fn blobs() {
 }
 
 #[test]
+fn blobs_are_disjoint_and_of_power_law_sizes() {
+    let mesh = Blobs::new(300, 30_000, 4).unwrap();
+    let mut cells: BTreeMap<u64, BTreeSet<[i64; 3]>> = BTreeMap::new();
+    let mut sizes: BTreeMap<u64, u64> = BTreeMap::new();
+    for t in 0..mesh.truth().triangles {
+        let blob = mesh.component(t);
+        *sizes.entry(blob).or_default() += 1;
+        let corners = mesh
+            .triangle(t)
+            .map(|v| mesh.position(v).map(|c| c.floor() as i64));
+        cells.entry(blob).or_default().extend(corners);
+    }
+    assert_eq!(cells.len(), 300);
+    assert!(
+        cells.values().all(|c| c.len() == 1),
+        "a blob leaves its cell"
+    );
+    let different: BTreeSet<_> = cells.values().flatten().collect();
+    assert_eq!(different.len(), 300, "two blobs share a cell");
+    // The sixteenth after the second largest has an eighth of its triangles, but for rounding.
+    let mut sizes: Vec<u64> = sizes.into_values().collect();
+    sizes.sort_by(|a, b| b.cmp(a));
+    let ratio = sizes[1] as f64 / sizes[16] as f64;
+    assert!((6.0..10.0).contains(&ratio), "{ratio}");
+}
+
+#[test]
 fn blobs_come_near_the_size_that_is_asked_for() {
     for (blobs, triangles) in [(1_000, 1_000_000), (50_000, 10_000_000), (9, 3_000_000_000)] {
         let made = Blobs::new(blobs, triangles, 1).unwrap().truth().triangles;
@@ -135,6 +162,16 @@ fn loose_forms() {
                 check(&name, &mesh);
             }
         }
+    }
+}
+
+#[test]
+fn a_rim_of_many_vertices_keeps_them_apart_in_f4() {
+    let mesh = Loose::new(Form::Fan, 400_000_000, 5);
+    for start in [1, 50_000_000, 399_980_000] {
+        let bits = |v| mesh.position(v).map(|c| (c as f32 + 0.0).to_bits());
+        let places: BTreeSet<_> = (start..start + 20_000).map(bits).collect();
+        assert_eq!(places.len(), 20_000, "from {start}");
     }
 }
 
