@@ -10,6 +10,7 @@ pub mod disk;
 mod error;
 pub mod folder;
 pub mod input;
+pub mod report;
 pub mod shuffle;
 
 pub use error::{BadInput, Error, Result};
