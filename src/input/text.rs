@@ -1,26 +1,23 @@
-//! Words and lines of the text formats, and numbers with correct rounding.
+//! Words and lines of the text formats.
 //!
 //! Why lines of any length are safe: a word is taken from the reader's buffer as soon as its
 //! end is there, and the rest of a line is passed over without being kept. LF, CR LF and CR
 //! all end a line.
 //!
-//! Numbers: the nearest value of the type asked for, from the digits as they stand (an f4 is
-//! never rounded by way of f8). `nan`, `inf` and what the C libraries of Windows print for
-//! them (`1.#QNAN`, `-1.#IND00`, `1.#INF`, `nan(ind)`) are values; a finite number beyond the
-//! type is an error, and so is anything else.
-//!
 //! Memory: none but the reader's buffer. I/O: the reader's.
 
+use super::number::{BadNumber, parse_f4, parse_f8, parse_integer};
 use super::reader::ByteReader;
 use crate::error::{Error, Result};
 
 /// The longest word that is taken; the longest f8 in full has 767 significant digits.
 const MAX_WORD: usize = 1024;
 
+/// What a byte can be; within a word, all up to COMMENT belong to it (`1.#INF`).
 const WORD: u8 = 0;
-const SPACE: u8 = 1;
-const NEWLINE: u8 = 2;
-const COMMENT: u8 = 3;
+const COMMENT: u8 = 1;
+const SPACE: u8 = 2;
+const NEWLINE: u8 = 3;
 const ESCAPE: u8 = 4;
 
 /// What the lines of a format may hold.
@@ -28,7 +25,7 @@ const ESCAPE: u8 = 4;
 pub enum Dialect {
     /// Words only (PLY, STL).
     Plain,
-    /// `#` begins a comment (OFF).
+    /// A word that begins with `#` begins a comment (OFF).
     Comments,
     /// As well, a backslash before the end of a line joins the next one (OBJ).
     Joined,
@@ -93,6 +90,12 @@ impl Lexer {
         self.class[usize::from(byte)]
     }
 
+    #[inline]
+    fn word_length(&self, text: &[u8]) -> usize {
+        let end = text.iter().position(|&b| self.class(b) > COMMENT);
+        end.unwrap_or(text.len())
+    }
+
     /// The next word of this line; `None` at its end.
     ///
     /// # Errors
@@ -101,16 +104,17 @@ impl Lexer {
     pub fn word(&mut self) -> Result<Option<&[u8]>> {
         // The usual case: blanks, word and the byte behind it are all in the buffer.
         let buf = self.reader.buffered();
-        let run = |from: usize, class: u8| {
-            let rest = buf[from..].iter();
-            from + rest.take_while(|&&b| self.class(b) == class).count()
-        };
-        let begin = run(0, SPACE);
-        let end = run(begin, WORD);
-        let whole = buf.get(end).is_some_and(|&b| self.class(b) <= NEWLINE);
-        if whole && end > begin && end - begin <= MAX_WORD {
+        let blanks = buf.iter().take_while(|&&b| self.class(b) == SPACE);
+        let begin = blanks.count();
+        let len = self.word_length(&buf[begin..]);
+        let end = begin + len;
+        let begins = buf.get(begin).is_some_and(|&b| self.class(b) == WORD);
+        let ends = buf
+            .get(end)
+            .is_some_and(|&b| matches!(self.class(b), SPACE | NEWLINE));
+        if begins && ends && len <= MAX_WORD {
             self.reader.consume(end);
-            return Ok(Some(self.reader.consumed(end - begin)));
+            return Ok(Some(self.reader.consumed(len)));
         }
         self.word_anywhere()
     }
@@ -136,8 +140,7 @@ impl Lexer {
         let mut len = 0;
         loop {
             let buf = self.reader.buffered();
-            let rest = buf[len..].iter();
-            let stop = rest.take_while(|&&b| self.class(b) == WORD).count() + len;
+            let stop = len + self.word_length(&buf[len..]);
             if stop > MAX_WORD {
                 return Err(self.endless());
             }
@@ -212,6 +215,16 @@ impl Lexer {
                 _ => return Ok(true),
             }
         }
+    }
+
+    /// True when `word` stands here.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn peek_word(&mut self, word: &[u8]) -> Result<bool> {
+        let next = self.reader.peek(word.len() + 1)?;
+        let rest = next.strip_prefix(word);
+        Ok(rest.is_some_and(|rest| rest.first().is_none_or(u8::is_ascii_whitespace)))
     }
 
     /// The next word of this line, of which `what` is expected.
@@ -362,73 +375,4 @@ pub fn shown(word: &[u8]) -> String {
         short.push_str("...");
     }
     format!("`{short}`")
-}
-
-/// Why a word is no number of the type asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BadNumber {
-    /// It does not read as a number.
-    Garbage,
-    /// It is finite, but its nearest value is not.
-    Large,
-}
-
-macro_rules! parse_float {
-    ($name:ident, $t:ty) => {
-        /// The nearest value to the decimal number in `word`.
-        ///
-        /// # Errors
-        /// [`BadNumber`].
-        #[inline]
-        pub fn $name(word: &[u8]) -> Result<$t, BadNumber> {
-            let text = std::str::from_utf8(word).map_err(|_| BadNumber::Garbage)?;
-            match text.parse::<$t>() {
-                Ok(value) if value.is_infinite() && !says_infinity(text) => Err(BadNumber::Large),
-                Ok(value) => Ok(value),
-                Err(_) => match nonfinite_of_windows(text) {
-                    Some((negative, true)) if negative => Ok(-<$t>::NAN),
-                    Some((_, true)) => Ok(<$t>::NAN),
-                    Some((negative, false)) if negative => Ok(<$t>::NEG_INFINITY),
-                    Some(_) => Ok(<$t>::INFINITY),
-                    None => Err(BadNumber::Garbage),
-                },
-            }
-        }
-    };
-}
-parse_float!(parse_f4, f32);
-parse_float!(parse_f8, f64);
-
-fn says_infinity(text: &str) -> bool {
-    let text = text.trim_start_matches(['+', '-']);
-    text.starts_with(['i', 'I'])
-}
-
-/// (negative, is a NaN) for the spellings that Microsoft's C libraries print.
-#[cold]
-fn nonfinite_of_windows(text: &str) -> Option<(bool, bool)> {
-    let lower = text.to_ascii_lowercase();
-    let (negative, rest) = match lower.strip_prefix('-') {
-        Some(rest) => (true, rest),
-        None => (false, lower.strip_prefix('+').unwrap_or(&lower)),
-    };
-    if matches!(rest, "nan(ind)" | "nan(snan)") {
-        return Some((negative, true));
-    }
-    // The printed width pads them with zeros.
-    match rest.strip_prefix("1.#")?.trim_end_matches('0') {
-        "qnan" | "snan" | "ind" | "nan" => Some((negative, true)),
-        "inf" => Some((negative, false)),
-        _ => None,
-    }
-}
-
-/// The integer in `word`; `None` when it is none, or needs more than 8 bytes.
-#[inline]
-pub fn parse_integer(word: &[u8]) -> Option<i64> {
-    if (1..=18).contains(&word.len()) && word.iter().all(u8::is_ascii_digit) {
-        let digits = word.iter().map(|b| i64::from(b - b'0'));
-        return Some(digits.fold(0, |n, d| n * 10 + d));
-    }
-    std::str::from_utf8(word).ok()?.parse().ok()
 }

@@ -22,6 +22,8 @@ mod binary;
 mod header;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_bad;
 
 use super::reader::ByteReader;
 use super::sink::MeshSink;
