@@ -98,7 +98,7 @@ fn look(reader: &mut ByteReader) -> Result<(Form, u64)> {
     let agrees = head.len() as u64 >= HEAD && length == Some(bytes);
     let control = head.iter().any(|b| matches!(b, 0..=8 | 14..=31));
     if let Some(rest) = after_solid(&head) {
-        if (!control || has_facets(rest)) && !(agrees && control) {
+        if !control || has_facets(rest) && !agrees {
             return Ok((Form::Text, length.map_or(UNKNOWN, |n| n / TEXT_FACET)));
         }
     } else if !agrees && !control && !head.is_empty() {

@@ -1,7 +1,7 @@
 //! STL files made by hand, each named by its hazard.
 
 use super::*;
-use crate::input::testing::{bits, request, triangles, workspace};
+use crate::input::testing::{Dripping, bits, request, triangles, workspace};
 use std::io::Cursor;
 
 /// V and the bits of G, or the message.
@@ -13,7 +13,9 @@ fn read_from(data: &[u8], known: bool, coords: Option<CoordKind>) -> Found {
     let ws = workspace(dir.path(), 1 << 20);
     let mut request = request(dir.path(), dir.path());
     request.coords = coords;
-    let source = Box::new(Cursor::new(data.to_vec()));
+    // A stream comes in pieces that no facet or word fits.
+    let step = if known { usize::MAX } else { 13 };
+    let source = Box::new(Dripping(Cursor::new(data.to_vec()), step));
     let length = known.then_some(data.len() as u64);
     let reader = ByteReader::new(&ws, source, "test.stl".into(), length).unwrap();
     let found = read(&ws, reader, &request).map_err(|e| e.to_string());
@@ -288,8 +290,8 @@ fn cut_at_every_byte_is_an_error_or_a_whole_text() {
 #[test]
 fn flipped_bytes_never_panic() {
     let files = [
-        binary_of(b"solid", &[A, B]),
-        text_of("s", &[A, B], "\n").into_bytes(),
+        binary_of(b"solid", &[A]),
+        text_of("s", &[A], "\n").into_bytes(),
     ];
     for data in files {
         for at in 0..data.len() {

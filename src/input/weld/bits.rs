@@ -149,7 +149,7 @@ pub fn unsigned(bytes: &[u8], endian: Endian) -> u64 {
 /// one after another in order of first use. Sorted by hash, then position, then rank.
 #[repr(C, packed)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-pub struct Place<B: Bits> {
+pub struct Place<B> {
     /// The position as it was first used in its block.
     pub at: [B; 3],
     /// Its rank.
@@ -174,16 +174,21 @@ impl<B: Bits> Record for Place<B> {
     }
 }
 
-/// A [`Place`] sorted by its rank, which is its own.
-#[repr(transparent)]
+/// A position that is a first use, sorted by its rank, which no other has.
+#[repr(C, packed)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-pub struct Ranked<B: Bits>(pub Place<B>);
+pub struct Ranked<B> {
+    /// The position.
+    pub at: [B; 3],
+    /// Its rank.
+    pub rank: u64,
+}
 
 impl<B: Bits> Record for Ranked<B> {
     const LEVELS: usize = 1;
     #[inline]
     fn key(&self, _: usize) -> u64 {
-        self.0.rank
+        self.rank
     }
 }
 

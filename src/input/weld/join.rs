@@ -60,7 +60,8 @@ fn group<B: Bits>(
                     value: place.rank,
                 })?,
                 _ => {
-                    to_firsts.push(Ranked(*place))?;
+                    let (at, rank) = (place.at, place.rank);
+                    to_firsts.push(Ranked { at, rank })?;
                     first = Some(*place);
                 }
             }
@@ -97,7 +98,7 @@ fn place<B: Bits>(
     let mut ranks = SeqWriter::new(&ws.budget, ws.scratch.file("ranks of a weld")?, 0)?;
     ws.progress.begin("weld: place", "vertices", vertices);
     firsts.sorted_all(&mut sorter, &mut |slice| {
-        for Ranked(place) in slice {
+        for place in slice {
             g.push(bytemuck::bytes_of(&{ place.at }))?;
             if keep {
                 ranks.push(bytemuck::bytes_of(&{ place.rank }))?;
