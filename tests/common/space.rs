@@ -28,13 +28,18 @@ impl Space {
     }
 
     /// Six times the signed volume towards the low corner of the box, and how far off it may be.
+    ///
+    /// Moving one corner of a triangle moves the mixed product by the distance times the cross
+    /// product of the other two, at most the box's diagonal times the edge between them. The grid
+    /// moves each corner by a step or two; the rest is the rounding of this sum.
     pub fn six_volume(&self, corners: &[[[f64; 3]; 3]]) -> (f64, f64) {
         let from_low = |p: [f64; 3]| [0, 1, 2].map(|i| p[i] - self.low[i]);
         let sum = corners.iter().map(|t| mixed_product(t.map(from_low))).sum();
-        // A vertex moves by at most a grid step or two; see also the rounding of this sum.
+        let edges: f64 = corners.iter().map(perimeter).sum();
+        let rounding = corners.len() as f64 * self.extent.powi(3) * 1e-14;
         (
             sum,
-            corners.len() as f64 * self.extent.powi(3) * 2f64.powi(-23),
+            edges * self.extent * self.extent * 2f64.powi(-26) + rounding,
         )
     }
 
@@ -72,6 +77,12 @@ where
     (a[1] * b[2] - a[2] * b[1]) * c[0]
         + (a[2] * b[0] - a[0] * b[2]) * c[1]
         + (a[0] * b[1] - a[1] * b[0]) * c[2]
+}
+
+fn perimeter([a, b, c]: &[[f64; 3]; 3]) -> f64 {
+    let length =
+        |p: &[f64; 3], q: &[f64; 3]| [0, 1, 2].iter().map(|&i| (p[i] - q[i]).abs()).sum::<f64>();
+    length(a, b) + length(b, c) + length(c, a)
 }
 
 pub fn area([a, b, c]: &[[f64; 3]; 3]) -> f64 {
