@@ -12,5 +12,6 @@ pub mod folder;
 pub mod input;
 pub mod report;
 pub mod shuffle;
+pub mod verify;
 
 pub use error::{BadInput, Error, Result};

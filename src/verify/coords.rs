@@ -1,0 +1,257 @@
+//! Coordinates: their frame, reading those of a run of triangles, and what a triangle adds
+//! to its component.
+//!
+//! Why reading is bounded: the vertices of a chunk of triangles are looked at in ascending
+//! order, so each block of G is read once for the chunk. Triangles whose vertices lie so far
+//! apart that this would read much more than it uses are joined with G by sorting instead
+//! (see [`far`](super::far)).
+//!
+//! Memory: a block of G a thread. I/O: G once for the frame; then for the chunks at most
+//! [`WORTH`] bytes a corner.
+
+use super::files::Arrays;
+use super::tally::Tally;
+use crate::disk::{DataFile, Workspace};
+use crate::error::Result;
+use crate::folder::npy::DATA_START;
+use std::sync::Mutex;
+
+/// Vertices of a block of G.
+pub(super) const BLOCK_VERTICES: u64 = 1024;
+/// Bytes of G worth reading for a corner: what the sorts would move instead.
+pub(super) const WORTH: u64 = 128;
+
+/// Where coordinates are read from.
+pub(super) struct Coords<'a> {
+    file: &'a DataFile,
+    wide: bool,
+    vertices: u64,
+    pub(super) frame: Frame,
+}
+
+/// The box of the finite vertices: the reference point and the unit of length of all sums.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    pub(super) min: [f64; 3],
+    pub(super) max: [f64; 3],
+    /// A quarter of the largest extent: the difference of two doubles may overflow, that of
+    /// their quarters does not.
+    quarter: f64,
+    /// Vertices with a coordinate that is not finite.
+    pub(super) nonfinite: u64,
+}
+
+impl Frame {
+    fn empty() -> Frame {
+        Frame {
+            min: [f64::INFINITY; 3],
+            max: [f64::NEG_INFINITY; 3],
+            quarter: 0.0,
+            nonfinite: 0,
+        }
+    }
+
+    fn add(&mut self, p: [f64; 3]) {
+        if !p.iter().all(|x| x.is_finite()) {
+            self.nonfinite += 1;
+            return;
+        }
+        for axis in 0..3 {
+            self.min[axis] = self.min[axis].min(p[axis]);
+            self.max[axis] = self.max[axis].max(p[axis]);
+        }
+    }
+
+    fn absorb(&mut self, other: &Frame) {
+        self.nonfinite += other.nonfinite;
+        for axis in 0..3 {
+            self.min[axis] = self.min[axis].min(other.min[axis]);
+            self.max[axis] = self.max[axis].max(other.max[axis]);
+        }
+    }
+
+    fn close(&mut self) {
+        for axis in 0..3 {
+            if self.min[axis] <= self.max[axis] {
+                let extent = self.max[axis] * 0.25 - self.min[axis] * 0.25;
+                self.quarter = self.quarter.max(extent);
+            }
+        }
+    }
+
+    /// The largest extent as four equal factors: multiply by each in turn.
+    pub(super) fn scale(&self, x: f64, powers: u32) -> f64 {
+        (0..powers).fold(x, |x, _| x * self.quarter * 4.0)
+    }
+
+    /// A finite point in units of the largest extent, from the least corner of the box.
+    fn unit(&self, p: [f64; 3]) -> [f64; 3] {
+        let mut out = [0.0; 3];
+        for axis in 0..3 {
+            if self.quarter > 0.0 {
+                out[axis] = (p[axis] * 0.25 - self.min[axis] * 0.25) / self.quarter;
+            }
+        }
+        out
+    }
+
+    /// Adds to a component what a triangle has: box, volume, area, sides. `seams` says which
+    /// corners face an edge without an opposite.
+    pub(super) fn measure(&self, tally: &mut Tally, points: [[f64; 3]; 3], seams: u8) {
+        let mut finite = true;
+        for p in points {
+            for axis in 0..3 {
+                if p[axis].is_finite() {
+                    tally.min[axis] = tally.min[axis].min(p[axis]);
+                    tally.max[axis] = tally.max[axis].max(p[axis]);
+                } else {
+                    finite = false;
+                }
+            }
+        }
+        if !finite {
+            tally.nonfinite += 1;
+            return;
+        }
+        let [a, b, c] = points.map(|p| self.unit(p));
+        let (ab, ac, bc) = (minus(b, a), minus(c, a), minus(c, b));
+        let normal = cross(ab, ac);
+        // (A x B).C = A.((B - A) x (C - A)): small factors first, so that little cancels.
+        tally.volume.add(dot(a, normal));
+        tally.area.add(dot(normal, normal).sqrt() * 0.5);
+        for (k, side) in [bc, ac, ab].into_iter().enumerate() {
+            let length = dot(side, side).sqrt();
+            tally.sides.add(length);
+            if seams >> k & 1 != 0 {
+                tally.seams.add(length);
+            }
+        }
+    }
+}
+
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+impl<'a> Coords<'a> {
+    /// Reads G once and takes its frame; none for a folder without G.
+    pub(super) fn scan(ws: &Workspace, arrays: &'a Arrays) -> Result<Option<Coords<'a>>> {
+        let Some((file, wide)) = &arrays.g else {
+            return Ok(None);
+        };
+        let mut coords = Coords {
+            file,
+            wide: *wide,
+            vertices: arrays.vertices,
+            frame: Frame::empty(),
+        };
+        ws.progress
+            .begin("verify: coordinates", "vertices", arrays.vertices);
+        let total = Mutex::new(Frame::empty());
+        let units = arrays.vertices.div_ceil(BLOCK_VERTICES * 16);
+        let lease = ws.budget.lease(
+            "blocks of coordinates",
+            ws.workers.count() as u64 * Block::BYTES,
+        )?;
+        ws.workers.run(
+            units,
+            || Ok((Block::new(), Frame::empty())),
+            |(block, frame), unit| {
+                let first = unit * BLOCK_VERTICES * 16;
+                let end = coords.vertices.min(first + BLOCK_VERTICES * 16);
+                for v in first..end {
+                    frame.add(block.point(&coords, v)?);
+                }
+                ws.progress.advance(end - first);
+                Ok(())
+            },
+            |(_, frame)| {
+                let mut total = total.lock().unwrap_or_else(|e| e.into_inner());
+                total.absorb(&frame);
+                Ok(())
+            },
+        )?;
+        drop(lease);
+        coords.frame = total.into_inner().unwrap_or_else(|e| e.into_inner());
+        coords.frame.close();
+        ws.progress.end();
+        Ok(Some(coords))
+    }
+
+    fn item(&self) -> u64 {
+        if self.wide { 8 } else { 4 }
+    }
+
+    /// True when reading the coordinates of these vertices (ascending, with repeats) where
+    /// they lie costs no more than sorting would.
+    pub(super) fn near(&self, vertices: impl Iterator<Item = u64>) -> bool {
+        let (mut corners, mut blocks, mut last) = (0u64, 0u64, u64::MAX);
+        for v in vertices {
+            corners += 1;
+            let block = v / BLOCK_VERTICES;
+            blocks += u64::from(block != last);
+            last = block;
+        }
+        // A few blocks are always worth it.
+        let bytes = blocks.saturating_sub(8) * BLOCK_VERTICES * 3 * self.item();
+        bytes <= corners * WORTH
+    }
+}
+
+/// A block of G in memory.
+pub(super) struct Block {
+    number: u64,
+    raw: Vec<u8>,
+}
+
+impl Block {
+    /// Bytes of memory at most.
+    pub(super) const BYTES: u64 = BLOCK_VERTICES * 24;
+
+    pub(super) fn new() -> Block {
+        Block {
+            number: u64::MAX,
+            raw: Vec::with_capacity(Block::BYTES as usize),
+        }
+    }
+
+    /// The coordinates of a vertex below N; reads its block unless it is the one held.
+    pub(super) fn point(&mut self, coords: &Coords, v: u64) -> Result<[f64; 3]> {
+        let row = coords.item() * 3;
+        let number = v / BLOCK_VERTICES;
+        if number != self.number {
+            let first = number * BLOCK_VERTICES;
+            let n = (coords.vertices - first).min(BLOCK_VERTICES);
+            self.number = u64::MAX;
+            self.raw.resize((n * row) as usize, 0);
+            coords
+                .file
+                .read_at(&mut self.raw, DATA_START + first * row)?;
+            self.number = number;
+        }
+        let at = (v % BLOCK_VERTICES * row) as usize;
+        let mut p = [0.0; 3];
+        if coords.wide {
+            for (x, bytes) in p.iter_mut().zip(self.raw[at..].as_chunks::<8>().0) {
+                *x = f64::from_le_bytes(*bytes);
+            }
+        } else {
+            for (x, bytes) in p.iter_mut().zip(self.raw[at..].as_chunks::<4>().0) {
+                *x = f64::from(f32::from_le_bytes(*bytes));
+            }
+        }
+        Ok(p)
+    }
+}

@@ -1,0 +1,343 @@
+//! The files of a folder as files: there, of the right length, type and shape, with the exact
+//! header and the checksums of the manifest.
+//!
+//! Why first: every later check reads at places computed from the shapes, so these are held
+//! to the true length of each file before anything else is read.
+//!
+//! Memory: 4 KiB, and 256 KiB a thread for the checksums. I/O: each file once.
+
+use super::read::Ids;
+use super::verdict::{At, Check, Checked, Findings};
+use crate::disk::{DataFile, Workspace};
+use crate::error::{Error, Result};
+use crate::folder::npy::{DATA_START, header_bytes};
+use crate::folder::{self, ComponentRow, EdgeRow, FileEntry, Manifest, Orient, block_sums};
+use std::path::Path;
+
+/// The arrays of a folder, opened, each as long as its shape says.
+pub(super) struct Arrays {
+    /// T.
+    pub(super) triangles: u64,
+    /// N.
+    pub(super) vertices: u64,
+    /// Rows of `components.npy`.
+    pub(super) components: u64,
+    /// Rows of `nonmanifold_edges.npy`.
+    pub(super) edges: u64,
+    /// True when ids have 8 bytes.
+    pub(super) wide: bool,
+    pub(super) orient: Orient,
+    pub(super) v: Ids,
+    pub(super) o: Ids,
+    pub(super) component: Ids,
+    pub(super) degenerate: Ids,
+    pub(super) nonmanifold_corners: Ids,
+    pub(super) flipped: DataFile,
+    pub(super) component_rows: DataFile,
+    pub(super) edge_rows: DataFile,
+    /// Coordinates, and whether they have 8 bytes.
+    pub(super) g: Option<(DataFile, bool)>,
+}
+
+/// The arrays that are checked beyond their checksums.
+const KNOWN: [&str; 9] = [
+    folder::V,
+    folder::O,
+    folder::G,
+    folder::COMPONENT,
+    folder::FLIPPED,
+    folder::COMPONENTS,
+    folder::NONMANIFOLD_EDGES,
+    folder::NONMANIFOLD_CORNERS,
+    folder::DEGENERATE,
+];
+
+/// Most remarks about unknown files.
+const FEW_NOTES: usize = 20;
+
+/// Checks the files named in the manifest as files; true when the known ones can be read.
+pub(super) fn check(
+    ws: &Workspace,
+    path: &Path,
+    manifest: &Manifest,
+    findings: &Findings,
+    checked: &mut Checked,
+) -> Result<bool> {
+    if manifest.conventions != Manifest::conventions() {
+        let at = At::Key("conventions");
+        findings.add(Check::Manifest, folder::MANIFEST, at, || {
+            ("other words".into(), "the conventions of the format".into())
+        });
+    }
+    let mut readable = true;
+    let mut open = Vec::new();
+    for (place, entry) in manifest.files.iter().enumerate() {
+        let again = manifest.files[..place].iter().any(|f| f.name == entry.name);
+        let plain = !entry.name.is_empty() && !entry.name.contains(['/', '\\', '\0']);
+        if again || !plain {
+            findings.add(Check::Manifest, folder::MANIFEST, At::Key("files"), || {
+                let found = format!("the name {:?}", entry.name);
+                (found, "a plain file name, each once".into())
+            });
+            readable = false;
+            continue;
+        }
+        match open_file(ws, path, entry, findings)? {
+            Some((file, whole)) => {
+                readable &= whole || !KNOWN.contains(&entry.name.as_str());
+                open.push((entry, file));
+            }
+            None => readable &= !KNOWN.contains(&entry.name.as_str()),
+        }
+    }
+    sums(ws, &open, findings, checked)?;
+    Ok(readable)
+}
+
+/// Opens a file and holds length and header to the manifest; the flag says that it is as long
+/// as it should be.
+fn open_file(
+    ws: &Workspace,
+    path: &Path,
+    entry: &FileEntry,
+    findings: &Findings,
+) -> Result<Option<(DataFile, bool)>> {
+    let path = path.join(&entry.name);
+    let name = entry.name.as_str();
+    let there = path.try_exists();
+    if !there.map_err(|e| Error::io(&path, "look for it", e))? {
+        findings.add(Check::Header, name, At::File, || {
+            let expected = format!("{} bytes, as the manifest says", entry.bytes);
+            ("no such file".into(), expected)
+        });
+        return Ok(None);
+    }
+    let file = DataFile::open(&path, &ws.io)?;
+    let len = file.len()?;
+    if len != entry.bytes {
+        findings.add(Check::Header, name, At::File, || {
+            let expected = format!("{} bytes, as the manifest says", entry.bytes);
+            (format!("{len} bytes"), expected)
+        });
+    }
+    let expected = header_bytes(&entry.dtype, &entry.shape);
+    let mut found = vec![0; expected.len()];
+    let got = file.read_some_at(&mut found, 0)?;
+    let differs = (0..expected.len()).find(|&i| i >= got || found[i] != expected[i]);
+    if let Some(byte) = differs {
+        findings.add(Check::Header, name, At::Byte(byte as u64), || {
+            let found = match found.get(byte).filter(|_| byte < got) {
+                Some(value) => format!("{value:#04x}"),
+                None => "the end of the file".into(),
+            };
+            let what = format!(
+                "{:#04x} of the header for {} {:?}",
+                expected[byte], entry.dtype, entry.shape
+            );
+            (found, what)
+        });
+    }
+    Ok(Some((file, len == entry.bytes)))
+}
+
+/// Compares the checksum of every block with the manifest.
+fn sums(
+    ws: &Workspace,
+    open: &[(&FileEntry, DataFile)],
+    findings: &Findings,
+    checked: &mut Checked,
+) -> Result<()> {
+    let mut bytes = 0;
+    for (_, file) in open {
+        bytes += file.len()?;
+    }
+    ws.progress.begin("verify: checksums", "bytes", bytes);
+    let files: Vec<&DataFile> = open.iter().map(|(_, file)| file).collect();
+    let sums = block_sums(ws, &files)?;
+    for ((entry, _), sums) in open.iter().zip(&sums) {
+        for (block, sum) in sums.iter().enumerate() {
+            let found = format!("{sum:016x}");
+            let expected = entry.blocks.get(block).map_or("none", |s| s.as_str());
+            if found != expected {
+                let at = At::Block(block as u64);
+                findings.add(Check::Checksum, &entry.name, at, || {
+                    (format!("xxh3 {found}"), format!("{expected} (manifest)"))
+                });
+            }
+        }
+        if entry.blocks.len() > sums.len() {
+            let at = At::Block(sums.len() as u64);
+            findings.add(Check::Checksum, &entry.name, at, || {
+                (
+                    "no such block".into(),
+                    format!("{} blocks", entry.blocks.len()),
+                )
+            });
+        }
+    }
+    ws.progress.end();
+    checked.files = open.len() as u64;
+    checked.bytes = bytes;
+    Ok(())
+}
+
+/// Remarks about files that are not part of the format, or not checked further.
+pub(super) fn notes(path: &Path, manifest: &Manifest) -> Result<Vec<String>> {
+    let mut notes = Vec::new();
+    for entry in &manifest.files {
+        if !KNOWN.contains(&entry.name.as_str()) {
+            notes.push(format!("{}: only its checksum was checked", entry.name));
+        }
+    }
+    let list = std::fs::read_dir(path).map_err(|e| Error::io(path, "list it", e))?;
+    let mut names = Vec::new();
+    for item in list {
+        let item = item.map_err(|e| Error::io(path, "list it", e))?;
+        let name = item.file_name().to_string_lossy().into_owned();
+        let ours = name == folder::MANIFEST || manifest.files.iter().any(|f| f.name == name);
+        if !ours && names.len() <= FEW_NOTES {
+            names.push(format!("{name}: not part of the folder, not checked"));
+        }
+    }
+    names.sort();
+    notes.extend(names);
+    notes.truncate(FEW_NOTES);
+    Ok(notes)
+}
+
+/// A type and shape that the manifest must give an array.
+struct Want<'a> {
+    manifest: &'a Manifest,
+    findings: &'a Findings,
+    sound: bool,
+}
+
+impl Want<'_> {
+    /// Number of rows of an array when its type is `dtype`, its rows have `columns` items of
+    /// `item` bytes, and its length agrees; `rows` when the number is known.
+    fn rows(
+        &mut self,
+        name: &'static str,
+        dtype: &str,
+        (columns, item): (Option<u64>, u64),
+        rows: Option<u64>,
+    ) -> u64 {
+        let Some(entry) = self.manifest.files.iter().find(|f| f.name == name) else {
+            self.findings
+                .add(Check::Manifest, folder::MANIFEST, At::Key("files"), || {
+                    (format!("no {name}"), "an array of that name".into())
+                });
+            self.sound = false;
+            return 0;
+        };
+        let found = entry.shape.first().copied().unwrap_or(0);
+        let mut shape = vec![rows.unwrap_or(found)];
+        shape.extend(columns);
+        let bytes = shape
+            .iter()
+            .try_fold(item, |n, &d| n.checked_mul(d))
+            .and_then(|n| n.checked_add(DATA_START));
+        if entry.dtype != dtype || entry.shape != shape || bytes != Some(entry.bytes) {
+            self.findings.add(Check::Manifest, name, At::File, || {
+                let found = format!(
+                    "type {}, shape {:?} in {} bytes",
+                    entry.dtype, entry.shape, entry.bytes
+                );
+                (found, format!("{dtype}, {shape:?} in {bytes:?} bytes"))
+            });
+            self.sound = false;
+        }
+        found
+    }
+}
+
+/// Opens the arrays, when types, shapes and lengths agree with each other.
+pub(super) fn arrays(
+    ws: &Workspace,
+    path: &Path,
+    manifest: &Manifest,
+    findings: &Findings,
+) -> Result<Option<Arrays>> {
+    let mut want = Want {
+        manifest,
+        findings,
+        sound: true,
+    };
+    let (index, item) = match manifest.index.as_str() {
+        "u8" => ("<u8", 8),
+        _ => ("<u4", 4),
+    };
+    let triangles = want.rows(folder::V, index, (Some(3), item), None);
+    want.rows(folder::O, index, (Some(3), item), Some(triangles));
+    want.rows(folder::COMPONENT, index, (None, item), Some(triangles));
+    let packed = Some(triangles.div_ceil(8));
+    want.rows(folder::FLIPPED, "|u1", (None, 1), packed);
+    let row = size_of::<ComponentRow>() as u64;
+    let descr = folder::COMPONENT_DESCR;
+    let components = want.rows(folder::COMPONENTS, descr, (None, row), None);
+    let row = size_of::<EdgeRow>() as u64;
+    let edges = want.rows(
+        folder::NONMANIFOLD_EDGES,
+        folder::EDGE_DESCR,
+        (None, row),
+        None,
+    );
+    let corners = want.rows(folder::NONMANIFOLD_CORNERS, index, (None, item), None);
+    let degenerate = want.rows(folder::DEGENERATE, index, (None, item), None);
+    let mut vertices = manifest.counts.vertices;
+    let coords = match manifest.coords.as_deref() {
+        None => None,
+        Some("f8") => Some(("<f8", 8)),
+        Some(_) => Some(("<f4", 4)),
+    };
+    if let Some((dtype, item)) = coords {
+        vertices = want.rows(folder::G, dtype, (Some(3), item), None);
+    }
+    if coords.is_none() && manifest.files.iter().any(|f| f.name == folder::G) {
+        findings.add(Check::Manifest, folder::MANIFEST, At::Key("coords"), || {
+            ("null beside a G.npy".into(), "f4 or f8".into())
+        });
+    }
+    let known = matches!(manifest.index.as_str(), "u4" | "u8")
+        && matches!(manifest.coords.as_deref(), None | Some("f4" | "f8"));
+    let large = u64::from(u32::MAX);
+    let narrow = item == 4 && (triangles >= large / 3 || vertices >= large);
+    if !known || narrow {
+        findings.add(Check::Manifest, folder::MANIFEST, At::Key("index"), || {
+            let found = format!("index {}, coords {:?}", manifest.index, manifest.coords);
+            (found, "u4 or u8 wide enough, and f4, f8 or null".into())
+        });
+        want.sound &= known;
+    }
+    if !want.sound {
+        return Ok(None);
+    }
+    let file = |name: &str| DataFile::open(&path.join(name), &ws.io);
+    let ids = |name: &str, len: u64| -> Result<Ids> {
+        Ok(Ids {
+            file: file(name)?,
+            wide: item == 8,
+            len,
+        })
+    };
+    Ok(Some(Arrays {
+        triangles,
+        vertices,
+        components,
+        edges,
+        wide: item == 8,
+        orient: manifest.options.orient,
+        v: ids(folder::V, triangles * 3)?,
+        o: ids(folder::O, triangles * 3)?,
+        component: ids(folder::COMPONENT, triangles)?,
+        degenerate: ids(folder::DEGENERATE, degenerate)?,
+        nonmanifold_corners: ids(folder::NONMANIFOLD_CORNERS, corners)?,
+        flipped: file(folder::FLIPPED)?,
+        component_rows: file(folder::COMPONENTS)?,
+        edge_rows: file(folder::NONMANIFOLD_EDGES)?,
+        g: match coords {
+            Some((_, item)) => Some((file(folder::G)?, item == 8)),
+            None => None,
+        },
+    }))
+}

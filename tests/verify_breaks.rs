@@ -1,0 +1,73 @@
+//! `verify` accepts what a naive writer makes of every mesh, and notices, by the right check
+//! and at the right id, each way in which such a folder can be wrong.
+
+mod naive_folder;
+
+use cornermill::disk::{Budget, Counters, NoProgress, Scratch, Workers, Workspace};
+use cornermill::folder::{self, Manifest, Orient};
+use cornermill::verify::{At, Check, Limits, Verdict, least_memory, verify};
+use cornermill::{Error, Result};
+use naive_folder::{NONE, Parts, Soup, meshes, parts};
+use std::path::Path;
+use std::sync::Arc;
+
+const ORIENTS: [Orient; 4] = [
+    Orient::Outward,
+    Orient::Majority,
+    Orient::First,
+    Orient::Keep,
+];
+
+fn check(folder: &Path, memory: u64, threads: usize, limits: Limits) -> Result<Verdict> {
+    let dir = tempfile::tempdir().unwrap();
+    let io = Arc::new(Counters::default());
+    let ws = Workspace {
+        budget: Budget::new(memory),
+        scratch: Scratch::new(&[dir.path().to_owned()], u64::MAX, &io)?,
+        io,
+        workers: Workers::new(threads)?,
+        progress: Arc::new(NoProgress),
+    };
+    let verdict = verify(&ws, folder, limits);
+    assert_eq!((ws.budget.used(), ws.scratch.used()), (0, 0));
+    verdict
+}
+
+fn verdict_of(parts: &Parts) -> Verdict {
+    let dir = tempfile::tempdir().unwrap();
+    parts.write(dir.path());
+    check(dir.path(), 16 << 20, 2, Limits::default()).unwrap()
+}
+
+fn said(verdict: &Verdict) -> String {
+    let lines = verdict
+        .findings
+        .iter()
+        .map(|f| format!("[{}] {f}\n", f.check.name()));
+    lines.collect()
+}
+
+#[test]
+fn accepts_every_small_mesh() {
+    for (name, soup) in meshes::all() {
+        for (turn, orient) in ORIENTS.into_iter().enumerate() {
+            let mut parts = parts(&soup, orient);
+            parts.wide = turn % 2 == 1;
+            parts.wide_g = turn >= 2;
+            let dir = tempfile::tempdir().unwrap();
+            parts.write(dir.path());
+            for chunk in [8, 1 << 19] {
+                let limits = Limits {
+                    chunk,
+                    ..Limits::default()
+                };
+                let memory = least_memory(3);
+                let verdict = check(dir.path(), memory, 3, limits).unwrap();
+                assert!(verdict.ok(), "{name}, {orient:?}:\n{}", said(&verdict));
+                assert!(verdict.findings.is_empty() && verdict.notes.is_empty());
+                assert_eq!(verdict.checked.triangles, parts.counts.triangles);
+                assert_eq!(verdict.checked.edges, parts.counts.distinct_edges);
+            }
+        }
+    }
+}
