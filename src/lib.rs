@@ -13,5 +13,7 @@ pub mod input;
 pub mod report;
 pub mod shuffle;
 pub mod verify;
+pub mod table;
 
 pub use error::{BadInput, Error, Result};
+pub use table::CornerTable;

@@ -15,8 +15,10 @@
 //!
 //! Memory: none. I/O: none.
 
+mod ids;
 mod index;
 
+pub use ids::{Corner, Triangle, Vertex};
 pub use index::Index;
 
 /// Next corner of the same triangle: `3t + (c + 1) % 3`.
