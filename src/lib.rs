@@ -12,8 +12,8 @@ pub mod folder;
 pub mod input;
 pub mod report;
 pub mod shuffle;
-pub mod verify;
 pub mod table;
+pub mod verify;
 
 pub use error::{BadInput, Error, Result};
 pub use table::CornerTable;

@@ -1,14 +1,17 @@
 //! `cornermill build`: a mesh file in, a mesh folder out.
 
-use super::progress::{self, Kind};
-use super::size::{Size, memory_limit};
-use super::{Outcome, print};
+use super::progress;
+use super::work::WorkArgs;
+use super::{Outcome, print, to_json};
 use crate::build::{Builder, IndexChoice};
+use crate::disk::Counters;
 use crate::error::{Error, Result};
-use crate::folder::Orient;
+use crate::folder::{Folder, Orient};
 use crate::input::{CoordKind, Endian, Format, IndexKind};
+use crate::report;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Arguments of `build`.
 #[derive(Debug, Args)]
@@ -18,18 +21,6 @@ pub struct BuildArgs {
     /// Folder to make [default: the input's name with .ct]
     #[arg(short, long, value_name = "OUT.ct")]
     output: Option<PathBuf>,
-    /// Memory to keep within: KiB MiB GiB, kB MB GB, or % of the limit that the process sees
-    #[arg(long, value_name = "SIZE", default_value = "25%")]
-    memory: Size,
-    /// Number of threads [default: all]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
-    /// Folder for scratch files; several are used by turns [default: beside the output]
-    #[arg(long, value_name = "DIR")]
-    tmp: Vec<PathBuf>,
-    /// The most scratch space to use
-    #[arg(long, value_name = "SIZE")]
-    max_disk: Option<Size>,
     /// How triangles are oriented
     #[arg(long, value_enum, default_value_t)]
     orient: OrientArg,
@@ -63,15 +54,11 @@ pub struct BuildArgs {
     /// Print the report as JSON, on stdout or to a file
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     json: Option<PathBuf>,
-    /// How progress is shown on stderr
-    #[arg(long, value_enum, default_value_t)]
-    progress: Kind,
-    /// No progress and no report
-    #[arg(short, long)]
-    quiet: bool,
     /// Replace an existing output
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    work: WorkArgs,
     #[arg(long, hide = true)]
     chunk_triangles: Option<u64>,
     #[arg(long, hide = true)]
@@ -159,17 +146,31 @@ pub(super) fn run(args: &BuildArgs) -> Result<Outcome> {
         }
         None => args.input.with_extension("ct"),
     };
-    let report = builder(args).build(&output)?;
-    if !args.quiet {
-        print(&format!("{report:#?}\n"))?;
+    let done = builder(args).build(&output)?;
+    if args.work.quiet && args.json.is_none() {
+        return Ok(Outcome::Done);
+    }
+    let folder = Folder::open(&output, &Arc::new(Counters::default()))?;
+    let report = report::gather(&folder, Some(&done))?;
+    match &args.json {
+        Some(to) if to == Path::new("-") => print(&to_json(&report)?)?,
+        Some(to) => std::fs::write(to, to_json(&report)?)
+            .map_err(|e| Error::io(to, "write the report", e))?,
+        None => {}
+    }
+    let shown = args.work.quiet || args.json.as_deref() == Some(Path::new("-"));
+    if !shown {
+        print(&report::render(&report))?;
     }
     Ok(Outcome::Done)
 }
 
 fn builder(args: &BuildArgs) -> Builder {
-    let limit = memory_limit();
+    let work = &args.work;
     let mut builder = Builder::new(&args.input)
-        .memory(args.memory.bytes(limit))
+        .memory(work.memory_bytes())
+        .threads(work.thread_count())
+        .max_disk(work.max_disk_bytes())
         .orient(match args.orient {
             OrientArg::Outward => Orient::Outward,
             OrientArg::Majority => Orient::Majority,
@@ -186,15 +187,9 @@ fn builder(args: &BuildArgs) -> Builder {
             EndianArg::Big => Endian::Big,
         })
         .force(args.force)
-        .progress(progress::sink(args.progress, args.quiet));
-    for dir in &args.tmp {
+        .progress(progress::sink(work.progress, work.quiet));
+    for dir in &work.tmp {
         builder = builder.tmp(dir);
-    }
-    if let Some(threads) = args.threads {
-        builder = builder.threads(usize::from(threads));
-    }
-    if let Some(size) = args.max_disk {
-        builder = builder.max_disk(size.bytes(limit));
     }
     if args.weld || args.no_weld {
         builder = builder.weld(args.weld);

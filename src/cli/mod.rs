@@ -4,8 +4,11 @@
 //! 2 usage, 3 bad input, 4 I/O or disk full, 5 budget too small, 70 internal error.
 
 mod build;
+mod info;
 mod progress;
 mod size;
+mod verify;
+mod work;
 
 use crate::error::{Error, Result};
 use clap::{Parser, Subcommand};
@@ -22,7 +25,11 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Build a mesh folder from a mesh file
-    Build(build::BuildArgs),
+    Build(Box<build::BuildArgs>),
+    /// Say what a mesh folder holds, from its manifest
+    Info(info::InfoArgs),
+    /// Check a mesh folder fully and independently
+    Verify(verify::VerifyArgs),
 }
 
 /// How a command ended when nothing went wrong with it.
@@ -30,6 +37,8 @@ enum Command {
 enum Outcome {
     /// Done, or the check passed.
     Done,
+    /// A check failed; what failed is on stdout.
+    CheckFailed,
 }
 
 /// Reads the arguments, runs the subcommand, says what went wrong, and returns the exit code.
@@ -45,9 +54,12 @@ pub fn run() -> ExitCode {
     };
     let done = match cli.command {
         Command::Build(args) => build::run(&args),
+        Command::Info(args) => info::run(&args),
+        Command::Verify(args) => verify::run(&args),
     };
     match done {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Err(e) => {
             eprintln!("cornermill: {e}");
             ExitCode::from(code_of(&e))
@@ -77,4 +89,12 @@ fn print(text: &str) -> Result<()> {
         )),
         _ => Ok(()),
     }
+}
+
+/// A value as indented JSON with a line end.
+fn to_json(value: &impl serde::Serialize) -> Result<String> {
+    let mut text = serde_json::to_string_pretty(value)
+        .map_err(|e| Error::Internal(format!("a report that is no JSON: {e}")))?;
+    text.push('\n');
+    Ok(text)
 }

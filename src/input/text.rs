@@ -6,7 +6,8 @@
 //!
 //! Memory: none but the reader's buffer. I/O: the reader's.
 
-use super::number::{BadNumber, parse_f4, parse_f8, parse_integer};
+pub(super) use super::number::{BadNumber, parse_f4};
+use super::number::{parse_f8, parse_integer};
 use super::reader::ByteReader;
 use crate::error::{Error, Result};
 

@@ -14,7 +14,7 @@ use crate::disk::DataFile;
 use crate::error::Result;
 use crate::folder::npy::DATA_START;
 use crate::folder::{self, ComponentRow, Counts, EdgeRow, Folder, Manifest};
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Pod;
 use serde::Serialize;
 
 /// Culprits of each kind that a report names.
@@ -326,10 +326,10 @@ fn keep_largest(largest: &mut Vec<Component>, number: u64, row: &ComponentRow) {
     );
 }
 
-/// A component's size class holds what its rows say: checked against a list by hand.
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bytemuck::Zeroable;
 
     #[test]
     fn the_largest_are_kept_in_order() {
@@ -342,7 +342,16 @@ mod tests {
             keep_largest(&mut largest, number as u64, &row);
         }
         let kept: Vec<(u64, u64)> = largest.iter().map(|c| (c.component, c.triangles)).collect();
-        let expected = [(1, 9), (3, 9), (9, 8), (5, 7), (6, 7), (7, 7), (8, 7), (2, 4)];
+        let expected = [
+            (1, 9),
+            (3, 9),
+            (9, 8),
+            (5, 7),
+            (6, 7),
+            (7, 7),
+            (8, 7),
+            (2, 4),
+        ];
         assert_eq!(kept, expected);
     }
 }

@@ -32,7 +32,11 @@ fn orient_name(orient: Orient) -> &'static str {
 
 /// A line with a name and a count.
 fn line(out: &mut String, name: &str, count: u64, remark: &str) {
-    let remark = if remark.is_empty() { String::new() } else { format!("  {remark}") };
+    let remark = if remark.is_empty() {
+        String::new()
+    } else {
+        format!("  {remark}")
+    };
     // Writing to a string cannot fail.
     let _ = writeln!(out, "  {name:<26}{:>15}{remark}", grouped(count));
 }
@@ -44,14 +48,24 @@ fn counts(out: &mut String, c: &Counts) {
     line(out, "  regular", c.regular_edges, "");
     line(out, "  border", c.border_edges, "");
     line(out, "  non-manifold", c.nonmanifold_edges, "");
-    line(out, "inconsistent edges", c.inconsistent_edges, "in the input");
+    line(
+        out,
+        "inconsistent edges",
+        c.inconsistent_edges,
+        "in the input",
+    );
     line(out, "components", c.components, "");
     line(out, "  joined at non-manifold", c.components_joined, "");
     line(out, "  closed", c.closed_components, "");
     line(out, "  watertight", c.watertight_components, "");
     line(out, "  not orientable", c.nonorientable_components, "");
     line(out, "flipped triangles", c.flipped_triangles, "");
-    line(out, "flipped components", c.flipped_components, "as a whole");
+    line(
+        out,
+        "flipped components",
+        c.flipped_components,
+        "as a whole",
+    );
     for (name, count) in [
         ("degenerate triangles", c.degenerate),
         ("unreferenced vertices", c.unreferenced_vertices),
@@ -73,7 +87,11 @@ pub fn info(manifest: &Manifest) -> String {
         manifest.input.format,
         manifest.index,
         orient_name(manifest.options.orient),
-        if manifest.options.weld { ", welded" } else { "" },
+        if manifest.options.weld {
+            ", welded"
+        } else {
+            ""
+        },
     );
     counts(&mut out, &manifest.counts);
     out.push('\n');
@@ -82,9 +100,14 @@ pub fn info(manifest: &Manifest) -> String {
 }
 
 fn table_of_arrays(out: &mut String, arrays: &[super::Array]) {
-    let _ = writeln!(out, "  array                               bytes  bits/triangle");
+    let _ = writeln!(
+        out,
+        "  array                               bytes  bits/triangle"
+    );
     for a in arrays {
-        let bits = a.bits_per_triangle.map_or("-".into(), |b| format!("{b:.2}"));
+        let bits = a
+            .bits_per_triangle
+            .map_or("-".into(), |b| format!("{b:.2}"));
         let _ = writeln!(out, "  {:<24}{:>17}{bits:>15}", a.name, grouped(a.bytes));
     }
 }
@@ -99,7 +122,10 @@ pub fn render(report: &Report) -> String {
     out.push('\n');
     table_of_arrays(&mut out, &report.arrays);
     if let Some(build) = &report.build {
-        let _ = writeln!(out, "\n  pass             seconds          read       written");
+        let _ = writeln!(
+            out,
+            "\n  pass             seconds          read       written"
+        );
         for p in &build.passes {
             let _ = writeln!(
                 out,
@@ -159,10 +185,19 @@ fn culprits(out: &mut String, report: &Report) {
     let edges: Vec<String> = c
         .nonmanifold_edges
         .iter()
-        .map(|e| format!("{}-{} ({} corners, first {})", e.lo, e.hi, e.corners, e.first_corner))
+        .map(|e| {
+            format!(
+                "{}-{} ({} corners, first {})",
+                e.lo, e.hi, e.corners, e.first_corner
+            )
+        })
         .collect();
     let rows = [
-        ("non-manifold edges", edges.join(", "), "nonmanifold_edges.npy"),
+        (
+            "non-manifold edges",
+            edges.join(", "),
+            "nonmanifold_edges.npy",
+        ),
         ("degenerate triangles", ids(&c.degenerate), "degenerate.npy"),
         (
             "components not orientable",
@@ -193,7 +228,10 @@ fn components(out: &mut String, report: &Report) {
     }
     let _ = writeln!(out, "\n  largest components");
     report.largest.iter().for_each(|c| component(out, c));
-    let _ = writeln!(out, "\n  triangles in a component         components      triangles");
+    let _ = writeln!(
+        out,
+        "\n  triangles in a component         components      triangles"
+    );
     for s in &report.sizes {
         let class = format!("{} to {}", grouped(s.from), grouped(s.to));
         let (components, triangles) = (grouped(s.components), grouped(s.triangles));
