@@ -7,8 +7,9 @@
 //! their writers' leases. I/O: one read for each extent.
 
 use super::Record;
+use super::layout::{EXTENT_BYTES, Extent, Extents, Layout};
 use super::sorter::Sorter;
-use super::writer::{EXTENT_BYTES, Extent, Extents, Layout, lock};
+use super::writer::lock;
 use crate::disk::{Budget, Lease, Scratch, ScratchFile};
 use crate::error::{Error, Result};
 use std::ops::Range;

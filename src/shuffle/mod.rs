@@ -21,6 +21,7 @@
 //! in memory and writes nothing.
 
 mod buckets;
+mod layout;
 mod plan;
 mod radix;
 mod sorter;

@@ -58,3 +58,45 @@ impl Plan {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(512))]
+
+        #[test]
+        fn plans_stay_within_memory(
+            memory in 0u64..1 << 34,
+            small in any::<bool>(),
+            writers in 1usize..40,
+            record in 1usize..100,
+            expected in any::<u64>(),
+            sort_memory in 0u64..1 << 32,
+        ) {
+            let memory = if small { memory >> 16 } else { memory };
+            let plan = Plan::within(memory, writers, record, expected, sort_memory);
+            prop_assert!(plan.buckets >= 1 && plan.buffer_bytes >= record);
+            let held = (writers * plan.buckets * (plan.buffer_bytes + 24)) as u64;
+            prop_assert!(held <= memory || (plan.buckets, plan.buffer_bytes) == (1, record));
+        }
+    }
+
+    #[test]
+    fn plans_are_sensible() {
+        // 32M triangles of 13 bytes, two writers, ample memory: buckets that suit the cache.
+        let plan = Plan::within(64 << 20, 2, 13, 32 << 20, 16 << 20);
+        assert!((512..=2048).contains(&plan.buckets), "{plan:?}");
+        assert!(
+            (16 << 10..=64 << 10).contains(&plan.buffer_bytes),
+            "{plan:?}"
+        );
+        // Little memory: small buffers rather than splits.
+        let plan = Plan::within(4 << 20, 2, 13, 32 << 20, 4 << 20);
+        assert!(plan.buckets >= 400, "{plan:?}");
+        // Nothing expected: one bucket.
+        assert_eq!(Plan::within(4 << 20, 2, 13, 0, 4 << 20).buckets, 1);
+    }
+}

@@ -178,6 +178,7 @@ fn settle<R: Record>(data: &mut [R], at: u32, cut: &Cut, tables: &mut Tables) {
     for &end in &tables.counts[..cut.fan] {
         let len = (end - start) as usize;
         if len > SMALL {
+            debug_assert!(tables.stack.len() < tables.stack.capacity());
             tables.stack.push(Group {
                 start: at + start,
                 end: at + end,

@@ -116,6 +116,7 @@ impl<R: Record> Sorter<R> {
 
     /// Makes the first `n` records of the space usable, within its capacity.
     pub(super) fn grow(&mut self, n: usize) {
+        debug_assert!(n <= self.room && self.room <= self.space.capacity());
         if self.space.len() < n {
             self.space.resize(n, R::zeroed());
         }

@@ -97,6 +97,7 @@ fn divide<R: Record>(sorter: &mut Sorter<R>, store: &mut Store<'_, R>, part: &Pa
     let shift = bits - fan_bits;
     let fan = 1usize << fan_bits;
     let base = sorter.parts.len();
+    debug_assert!(base + fan <= sorter.parts.capacity());
     let empty = Part {
         head: NONE,
         records: 0,

@@ -3,11 +3,14 @@
 //! Why writers need no lock: each has buffers of its own and appends whole buffers, and the
 //! sort on the other side does not care in which order extents arrived.
 //!
-//! Memory: a writer leases its buffers when it is made. Pages are touched only when a bucket
-//! gets its first record, and reused ever after. Extents: 16 bytes each, leased in steps.
+//! Memory: a writer leases its buffers when it is made, and gives them back when it is
+//! finished, but for up to 256 KiB when it keeps its records in memory. Pages are touched only
+//! when a bucket gets its first record, and reused ever after. Extents: 16 bytes each, leased
+//! in steps.
 //! I/O: one write for each full buffer.
 
 use super::buckets::{Buckets, Resident};
+use super::layout::{EXTENT_BYTES, Extent, Extents, Layout};
 use super::plan::SLOT_BYTES;
 use super::{Plan, Record};
 use crate::disk::{Budget, Lease, Scratch, ScratchFile, Workspace};
@@ -16,88 +19,8 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Buckets share this many scratch files at most; a file is freed when its buckets were read.
-const FILES: u64 = 16;
 /// A writer that filled no buffer keeps up to this many bytes in memory.
 const KEEP: u64 = 256 << 10;
-/// Extents of the first and of the largest step of a list.
-const STEPS: (usize, usize) = (64, 4096);
-pub(super) const EXTENT_BYTES: u64 = size_of::<Extent>() as u64;
-
-/// Consecutive records of one bucket, in its scratch file or in kept memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Extent {
-    pub bucket: u32,
-    pub records: u32,
-    /// Byte in the file, or index in kept records.
-    pub at: u64,
-}
-
-/// A list of extents that leases memory in steps before it grows.
-#[derive(Default)]
-pub(super) struct Extents {
-    steps: Vec<(Vec<Extent>, Lease)>,
-}
-
-impl Extents {
-    fn push(&mut self, extent: Extent, budget: &Budget) -> Result<()> {
-        if let Some((list, _)) = self.steps.last_mut()
-            && list.len() < list.capacity()
-        {
-            list.push(extent);
-            return Ok(());
-        }
-        let n = (STEPS.0 << self.steps.len().min(16)).min(STEPS.1);
-        let lease = budget.lease("the extents of a shuffle", n as u64 * EXTENT_BYTES)?;
-        let mut list = Vec::with_capacity(n);
-        list.push(extent);
-        self.steps.push((list, lease));
-        Ok(())
-    }
-
-    pub(super) fn len(&self) -> usize {
-        self.steps.iter().map(|(list, _)| list.len()).sum()
-    }
-
-    pub(super) fn into_lists(self) -> impl Iterator<Item = (Vec<Extent>, Lease)> {
-        self.steps.into_iter()
-    }
-}
-
-/// How level-0 keys map to buckets: `(key - start) >> shift`.
-#[derive(Clone, Debug)]
-pub(super) struct Layout {
-    pub keys: Range<u64>,
-    pub shift: u32,
-    pub buckets: u64,
-    /// Bucket b lies in file `b >> file_shift`.
-    pub file_shift: u32,
-}
-
-impl Layout {
-    fn new(keys: Range<u64>, most: u64) -> Layout {
-        let last = keys.end.saturating_sub(keys.start).checked_sub(1);
-        let mut shift = 0;
-        while shift < 63 && last.is_some_and(|last| last >> shift >= most) {
-            shift += 1;
-        }
-        let buckets = last.map_or(0, |last| (last >> shift) + 1);
-        let mut file_shift = 0;
-        while buckets >> file_shift > FILES {
-            file_shift += 1;
-        }
-        Layout {
-            keys,
-            shift,
-            buckets,
-            file_shift,
-        }
-    }
-
-    pub(super) fn files(&self) -> u64 {
-        self.buckets.div_ceil(1 << self.file_shift)
-    }
-}
 
 /// What finished writers handed in.
 struct Done<R> {
@@ -108,6 +31,48 @@ struct Done<R> {
 }
 
 /// A shuffle that takes records; shared by its writers, one for each thread.
+///
+/// ```
+/// # use cornermill::disk::{Budget, Counters, NoProgress, Scratch, Workers, Workspace};
+/// # use cornermill::shuffle::{Plan, Record, Shuffle};
+/// # use std::sync::Arc;
+/// #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+/// #[repr(transparent)]
+/// struct Number(u64);
+/// impl Record for Number {
+///     const LEVELS: usize = 1;
+///     fn key(&self, _level: usize) -> u64 {
+///         self.0
+///     }
+/// }
+///
+/// # let dir = std::env::temp_dir();
+/// # let io = Arc::new(Counters::default());
+/// # let ws = Workspace {
+/// #     budget: Budget::new(1 << 20),
+/// #     scratch: Scratch::new(&[dir], u64::MAX, &io)?,
+/// #     io,
+/// #     workers: Workers::new(1)?,
+/// #     progress: Arc::new(NoProgress),
+/// # };
+/// let plan = Plan::within(256 << 10, 1, size_of::<Number>(), 1000, 64 << 10);
+/// let shuffle = Shuffle::new(&ws, "numbers", 0..7919, plan)?;
+/// let mut writer = shuffle.writer()?;
+/// for i in 0..1000 {
+///     writer.push(Number(i * i % 7919))?;
+/// }
+/// writer.finish()?;
+///
+/// let buckets = shuffle.finish()?;
+/// let mut sorter = buckets.sorter(64 << 10)?;
+/// let mut sorted = Vec::new();
+/// buckets.sorted_all(&mut sorter, &mut |numbers| {
+///     sorted.extend(numbers.iter().map(|n| n.0));
+///     Ok(())
+/// })?;
+/// assert!(sorted.len() == 1000 && sorted.is_sorted());
+/// # Ok::<(), cornermill::Error>(())
+/// ```
 pub struct Shuffle<R> {
     what: &'static str,
     layout: Layout,
