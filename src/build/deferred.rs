@@ -68,6 +68,7 @@ pub struct Deferred<'a, W> {
 }
 
 /// Local labels and flips of one chunk, read back.
+#[derive(Default)]
 pub struct ChunkLabels<I> {
     /// Local component of each triangle, or NONE.
     pub labels: Vec<I>,

@@ -64,7 +64,7 @@ const MOST_SORT: u64 = 64 << 20;
 
 /// Bytes that one writer of a shuffle with this plan holds.
 fn writer_bytes(plan: &shuffle::Plan) -> u64 {
-    plan.buckets as u64 * (plan.buffer_bytes as u64 + 8)
+    plan.buckets as u64 * (plan.buffer_bytes as u64 + 24)
 }
 
 impl Job<'_> {
@@ -102,9 +102,9 @@ impl Job<'_> {
         let threads = self.ws.workers.count() as u64;
         let writer = self.plan.writer.min(self.ws.budget.free() / 8 / threads);
         if let Some(buckets) = self.plan.buckets {
-            let most = writer / (record_bytes as u64 + 8);
+            let most = writer / (record_bytes as u64 + 24);
             let buckets = (buckets as u64).clamp(1, most.max(1));
-            let buffer = (writer / buckets).saturating_sub(8);
+            let buffer = (writer / buckets).saturating_sub(24);
             return shuffle::Plan {
                 buckets: buckets as usize,
                 buffer_bytes: buffer.max(record_bytes as u64) as usize,

@@ -68,13 +68,13 @@ impl Shape {
     /// The least budget that the passes up to the seams accept.
     pub fn least(&self) -> u64 {
         let plan = Plan {
-            chunk: MIN_CHUNK.min(self.triangles.max(1)),
+            chunk: MIN_CHUNK,
             bits: self.bits_within(1 << 16),
             writer: MIN_WRITER,
             buckets: None,
         };
         // The seam pass sorts, and writes three kinds of records, on every thread.
-        let seams = self.threads * (MIN_SORT + 4 * MIN_WRITER);
+        let seams = self.threads * (MIN_SORT + 8 * MIN_WRITER);
         self.pass_bytes(&plan).max(seams) + (64 << 10)
     }
 

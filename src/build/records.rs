@@ -20,7 +20,7 @@ pub fn narrow(triangles: u64, vertices: u64) -> bool {
 /// smaller after that flip.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct EdgeCorner<W: Index>([W; 4]);
+pub struct EdgeCorner<W>([W; 4]);
 
 impl<W: Index> EdgeCorner<W> {
     /// Packs the fields.
@@ -89,7 +89,7 @@ impl<W: Index> Record for EdgeCorner<W> {
 /// opposite, places as the input has them; p is 1 when the two triangles disagreed there.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Patch<W: Index>([W; 2]);
+pub struct Patch<W>([W; 2]);
 
 impl<W: Index> Patch<W> {
     /// The opposite of `at` is `to`.
@@ -136,7 +136,7 @@ impl<W: Index> Record for Patch<W> {
 /// true when one must be flipped to agree with the other.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Link<W: Index>([W; 2]);
+pub struct Link<W>([W; 2]);
 
 impl<W: Index> Link<W> {
     /// Packs the fields.

@@ -73,9 +73,9 @@ pub struct ComponentRow {
     pub six_volume: f64,
     /// Area in squared input units; NaN as above.
     pub area: f64,
-    /// Smallest finite coordinates (x, y, z) of its vertices; NaN when there are none.
+    /// Smallest coordinates (x, y, z) of its finite vertices; NaN when there are none.
     pub bbox_min: [f64; 3],
-    /// Largest finite coordinates (x, y, z) of its vertices; NaN when there are none.
+    /// Largest coordinates (x, y, z) of its finite vertices; NaN when there are none.
     pub bbox_max: [f64; 3],
 }
 
