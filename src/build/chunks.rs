@@ -17,7 +17,7 @@ use super::records::{EdgeCorner, LocalCount, MeasureRecord};
 use super::scan::Seams;
 use crate::chunk::grid::Grid;
 use crate::chunk::ids::LocalIds;
-use crate::chunk::measure::{Coord, Measure, measure};
+use crate::chunk::measure::{Coord, Measure, Measurer};
 use crate::chunk::pair::{Pairs, SPECIAL};
 use crate::chunk::swirl::{NO_COMPONENT, Swirl};
 use crate::corner::{Index, flip_k, next_k, prev_k};
@@ -99,6 +99,7 @@ struct Thread<'a, I, W: Index, X> {
     kernels: Kernels,
     out: Vec<I>,
     counts: Vec<LocalCount>,
+    measurer: Measurer,
     measures: Vec<Measure>,
     records: Vec<MeasureRecord>,
     bits: Vec<u8>,
@@ -205,6 +206,7 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
             kernels: Kernels::default(),
             out: Vec::new(),
             counts: Vec::new(),
+            measurer: Measurer::default(),
             measures: Vec::new(),
             records: Vec::new(),
             bits: Vec::new(),
@@ -323,7 +325,7 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
         self.measures.clear();
         self.measures
             .resize(swirl.components.len(), Measure::default());
-        measure(
+        self.measurer.measure(
             grid,
             ids.local(),
             &swirl.label,

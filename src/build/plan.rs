@@ -6,6 +6,7 @@
 //! the seam records get a sixteenth each. Passes after the chunks have the whole budget again.
 
 use crate::chunk::ids::{NARROW_SPAN, TABLE_BYTES};
+use crate::chunk::measure::Measurer;
 use crate::error::{Error, Result};
 
 /// The largest chunk, in triangles: beyond it, chunks leave the cache and gain nothing.
@@ -55,7 +56,7 @@ impl Shape {
         let swirl = 4 + 4 + 20;
         let counts = 16 + 8;
         let out = 4 * self.index;
-        let positions = NARROW_SPAN * (24 + 3 * self.coord);
+        let positions = NARROW_SPAN * (24 + 3 * self.coord + Measurer::BYTES);
         reader + ids + pairs + swirl + counts + out + if self.coord > 0 { positions } else { 0 }
     }
 

@@ -139,23 +139,25 @@ fn exponent_above(x: f64) -> i32 {
     if bits << 12 == 0 { e } else { e + 1 }
 }
 
+/// A scaled point of the box rounded to the grid: coordinates of at most 2^30.
 #[inline]
-fn round(x: f64) -> i64 {
-    // Values are at most 2^62 here only for areas, which do not come this way.
-    ((x + ROUNDER).to_bits() as i64) << 13 >> 13
+pub fn rounded(p: DVec3) -> [i32; 3] {
+    // The low half of the sum's bits is the nearest integer, ties to even.
+    p.to_array().map(|x| (x + ROUNDER).to_bits() as i32)
 }
 
-/// The determinant of three scaled points rounded to the grid: (PA x PB).PC.
+/// The determinant of three points of the grid: (PA x PB).PC.
 #[inline]
-pub fn mixed_product(a: DVec3, b: DVec3, c: DVec3) -> i128 {
-    let [ax, ay, az] = a.to_array().map(round);
-    let [bx, by, bz] = b.to_array().map(round);
-    let [cx, cy, cz] = c.to_array().map(round);
+pub fn mixed_product(a: [i32; 3], b: [i32; 3], c: [i32; 3]) -> i128 {
+    let [ax, ay, az] = a.map(i64::from);
+    let [bx, by, bz] = b.map(i64::from);
     // Each difference of products is below 2^61.
     let x = ay * bz - az * by;
     let y = az * bx - ax * bz;
     let z = ax * by - ay * bx;
-    i128::from(x) * i128::from(cx) + i128::from(y) * i128::from(cy) + i128::from(z) * i128::from(cz)
+    let [x, y, z] = [x, y, z].map(i128::from);
+    let [cx, cy, cz] = c.map(i128::from);
+    x * cx + y * cy + z * cz
 }
 
 /// The area of the triangle of three scaled points, in quarter squared steps.
@@ -186,7 +188,7 @@ mod tests {
         let p = points.map(|p| grid.scale(p));
         let sum: i128 = outward
             .iter()
-            .map(|&[a, b, c]| mixed_product(p[a], p[b], p[c]))
+            .map(|&[a, b, c]| mixed_product(rounded(p[a]), rounded(p[b]), rounded(p[c])))
             .sum();
         assert_eq!(grid.six_volume(sum), 1.0);
         let areas: i128 = outward
@@ -225,7 +227,7 @@ mod tests {
             (2.4999, 2),
             (1073741824.0, 1 << 30),
         ] {
-            assert_eq!(round(x), r, "{x}");
+            assert_eq!(rounded(DVec3::new(x, 0.0, -0.0)), [r, 0, 0], "{x}");
         }
     }
 }
