@@ -3,8 +3,8 @@
 //! Two ways in. Arrays ([`arrays`]) are used where they lie: the build reads their
 //! triangles straight from the user's file. Everything else is decoded in one streaming pass:
 //! indices go to a scratch file, coordinates to the file that becomes the folder's `G.npy`.
-//! Indices are *not* checked against the number of vertices here (elements come in any order);
-//! the build's scan does that for every input alike.
+//! Indices of decoded formats are checked against the number of vertices when both are known,
+//! at the end (elements come in any order); those of arrays by the build's scan.
 //!
 //! Memory: fixed buffers, whatever the file claims. I/O: the input once; V and G written once.
 

@@ -1,9 +1,9 @@
 //! Numbers in text, with correct rounding.
 //!
 //! A word gives the nearest value of the type asked for, from the digits as they stand (an f4
-//! is never rounded by way of f8). `nan`, `inf` and what the C libraries of Windows print for
-//! them (`1.#QNAN`, `-1.#IND00`, `1.#INF`, `nan(ind)`) are values; a finite number beyond the
-//! type is an error, and so is anything else.
+//! is never rounded by way of f8). `nan` and `inf` are values, with a sign and in any letter
+//! case; a finite number beyond the type is an error, and so is anything else, such as the
+//! `1.#IND` that a C library of the past printed for a NaN.
 //!
 //! Memory and I/O: none.
 
@@ -28,13 +28,7 @@ macro_rules! parse_float {
             match text.parse::<$t>() {
                 Ok(value) if value.is_infinite() && !says_infinity(text) => Err(BadNumber::Large),
                 Ok(value) => Ok(value),
-                Err(_) => match nonfinite_of_windows(text) {
-                    Some((negative, true)) if negative => Ok(-<$t>::NAN),
-                    Some((_, true)) => Ok(<$t>::NAN),
-                    Some((negative, false)) if negative => Ok(<$t>::NEG_INFINITY),
-                    Some(_) => Ok(<$t>::INFINITY),
-                    None => Err(BadNumber::Garbage),
-                },
+                Err(_) => Err(BadNumber::Garbage),
             }
         }
     };
@@ -45,25 +39,6 @@ parse_float!(parse_f8, f64);
 fn says_infinity(text: &str) -> bool {
     let text = text.trim_start_matches(['+', '-']);
     text.starts_with(['i', 'I'])
-}
-
-/// (negative, is a NaN) for the spellings that Microsoft's C libraries print.
-#[cold]
-fn nonfinite_of_windows(text: &str) -> Option<(bool, bool)> {
-    let lower = text.to_ascii_lowercase();
-    let (negative, rest) = match lower.strip_prefix('-') {
-        Some(rest) => (true, rest),
-        None => (false, lower.strip_prefix('+').unwrap_or(&lower)),
-    };
-    if matches!(rest, "nan(ind)" | "nan(snan)") {
-        return Some((negative, true));
-    }
-    // The printed width pads them with zeros.
-    match rest.strip_prefix("1.#")?.trim_end_matches('0') {
-        "qnan" | "snan" | "ind" | "nan" => Some((negative, true)),
-        "inf" => Some((negative, false)),
-        _ => None,
-    }
 }
 
 /// The integer in `word`; `None` when it is none, or needs more than 8 bytes.
@@ -93,24 +68,12 @@ mod tests {
         assert_eq!(parse_f4(b"1e39"), Err(BadNumber::Large));
         assert_eq!(parse_f8(b"-1e309"), Err(BadNumber::Large));
         for word in [
-            "", "-", ".", "1.#", "1.#INX", "1,5", "0x1", "1e", "nan(", "\u{1}",
+            "", "-", ".", "1.#IND", "nan(ind)", "1,5", "0x1", "1e", "nan(", "\u{1}",
         ] {
             assert_eq!(parse_f4(word.as_bytes()), Err(BadNumber::Garbage), "{word}");
         }
+        assert!(parse_f4(b"-NaN").is_ok_and(|v| v.is_nan() && v.is_sign_negative()));
         assert_eq!(parse_f8(b"\xff"), Err(BadNumber::Garbage));
-    }
-
-    #[test]
-    fn what_windows_prints_is_a_value() {
-        for (word, negative) in [("1.#QNAN", false), ("-1.#IND00", true), ("-nan(ind)", true)] {
-            let value = parse_f8(word.as_bytes()).unwrap();
-            assert!(
-                value.is_nan() && value.is_sign_negative() == negative,
-                "{word}"
-            );
-        }
-        assert_eq!(parse_f4(b"1.#INF"), Ok(f32::INFINITY));
-        assert_eq!(parse_f4(b"-1.#INF00"), Ok(f32::NEG_INFINITY));
     }
 
     #[test]

@@ -205,20 +205,18 @@ mod tests {
             ("1e-60", 0.),
             ("inf", f32::INFINITY),
             ("-Infinity", f32::NEG_INFINITY),
-            ("1.#INF", f32::INFINITY),
-            ("-1.#INF00", f32::NEG_INFINITY),
         ];
         for (word, value) in words {
             let mesh = good(&format!("v {word} 0 0\nf 1 1 1\n"));
             assert_eq!(mesh.bits[0], f4(&[value])[0], "{word}");
         }
-        for word in ["nan", "-NaN", "1.#QNAN", "-1.#IND00", "nan(ind)", "1.#SNAN"] {
+        for word in ["nan", "-NaN"] {
             let mesh = good(&format!("v {word} 0 0\nf 1 1 1\n"));
             assert!(f32::from_bits(mesh.bits[0] as u32).is_nan(), "{word}");
             assert_eq!(mesh.bits[0] >> 31 == 1, word.starts_with('-'));
         }
         for word in [
-            "3.1+e2", "1,5", "0x10", "1.#", ".", "-", "1e", "\u{ff}", "1_0", "1/2",
+            "3.1+e2", "1,5", "0x10", "1.#IND", ".", "-", "1e", "\u{ff}", "1_0", "1/2",
         ] {
             refused(
                 read,
@@ -263,7 +261,10 @@ mod tests {
 
     #[test]
     fn one_line_with_a_million_corners() {
-        let text = format!("v 0 0 0\nf 1 2{}\n", " 3".repeat(1_000_000));
+        let text = format!(
+            "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2{}\n",
+            " 3".repeat(1_000_000)
+        );
         let mesh = decode(read, text.as_bytes(), usize::MAX, None).unwrap();
         assert_eq!(mesh.triangles.len(), 1_000_000);
         assert_eq!(mesh.triangles[999_999], [0, 2, 2]);

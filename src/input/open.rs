@@ -18,7 +18,7 @@ const SUPPORTED: &str = "a mesh as PLY, STL, OBJ, OFF, .npy, or as raw arrays (w
 /// Opens or decodes the mesh that the request names.
 ///
 /// Arrays (`.npy`, raw) are used where they lie; all else is read once, from its first byte to
-/// its last. Indices are not checked against the number of vertices: the scan does that.
+/// its last. Indices of arrays are not checked against the number of vertices: the scan does that.
 ///
 /// # Errors
 /// [`Error::Usage`] for options that do not go together, [`Error::Input`] for an input that is

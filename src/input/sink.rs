@@ -36,6 +36,8 @@ pub struct MeshSink {
     triangles: u64,
     /// Triangles that 4-byte corner ids allow.
     narrow_triangles: u64,
+    /// No index so far is larger.
+    largest: u64,
     g: Source,
     g_buf: Vec<u8>,
     g_len: usize,
@@ -84,6 +86,7 @@ impl MeshSink {
             wide: request.wide,
             triangles: 0,
             narrow_triangles: (NARROW_IDS - 1) / 3,
+            largest: 0,
             g,
             g_buf: vec![0; g_bytes / 24 * 24],
             g_len: 0,
@@ -228,7 +231,7 @@ impl MeshSink {
                 for (out, v) in room[..12].chunks_exact_mut(4).zip(corners) {
                     out.copy_from_slice(&(v as u32).to_le_bytes());
                 }
-                self.triangles_put(1);
+                self.triangles_put(1, corners.into_iter().fold(0, u64::max));
                 return Ok(());
             }
             self.widen()?;
@@ -242,6 +245,7 @@ impl MeshSink {
         }
         self.v_len += 24;
         self.triangles += 1;
+        self.largest = corners.into_iter().fold(self.largest, u64::max);
         Ok(())
     }
 
@@ -264,12 +268,14 @@ impl MeshSink {
         Ok(&mut self.v_buf[self.v_len..self.v_len + room * 12])
     }
 
-    /// `n` triangles were written to the start of [`triangle_room`](MeshSink::triangle_room).
+    /// `n` triangles were written to the start of [`triangle_room`](MeshSink::triangle_room),
+    /// no index of them above `largest`.
     #[inline]
-    pub fn triangles_put(&mut self, n: usize) {
+    pub fn triangles_put(&mut self, n: usize, largest: u64) {
         self.v_len += n * 12;
         debug_assert!(self.v_len <= self.v_buf.len());
         self.triangles += n as u64;
+        self.largest = self.largest.max(largest);
     }
 
     fn flush_v(&mut self) -> Result<()> {
@@ -353,13 +359,51 @@ impl MeshSink {
         Ok(corners)
     }
 
+    /// The error of the first index that names no vertex.
+    ///
+    /// The scan would find it too, but knows only the scratch file by name.
+    #[cold]
+    fn beyond(&mut self) -> Result<Error> {
+        let width = if self.wide { 8 } else { 4 };
+        let mut corner = 0;
+        let mut found = self.largest;
+        'search: while corner < self.triangles * 3 {
+            let rows = (self.v_buf.len() / width) as u64;
+            let n = rows.min(self.triangles * 3 - corner) as usize;
+            let part = &mut self.v_buf[..n * width];
+            self.v.read_at(part, corner * width as u64)?;
+            for id in part.chunks_exact(width) {
+                let id = id.iter().rev().fold(0, |id, &b| id << 8 | u64::from(b));
+                if id >= self.vertices {
+                    found = id;
+                    break 'search;
+                }
+                corner += 1;
+            }
+        }
+        Ok(Error::input(
+            &self.path,
+            format!("triangle {}, corner {}", corner / 3, corner % 3),
+            format!("the index of one of the {} vertices, from 0", self.vertices),
+            found.to_string(),
+            "the file is damaged, cut short, or made by a faulty program",
+        ))
+    }
+
     /// Writes what is buffered and hands over the mesh.
     ///
     /// # Errors
-    /// [`Error::Io`], [`Error::DiskLimit`].
+    /// [`Error::Input`] when an index names no vertex; [`Error::Io`], [`Error::DiskLimit`].
     pub fn finish(mut self, format: &str, digest: InputDigest) -> Result<Mesh> {
         self.flush_v()?;
         self.flush_g()?;
+        if self.triangles > 0 && self.largest >= self.vertices {
+            return Err(self.beyond()?);
+        }
+        self.into_mesh(format, digest)
+    }
+
+    fn into_mesh(self, format: &str, digest: InputDigest) -> Result<Mesh> {
         let placed = matches!(self.g, Source::Named(_));
         if placed {
             // Without a vertex nothing was written behind the hole for the header.

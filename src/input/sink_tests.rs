@@ -30,7 +30,8 @@ fn widens_once_by_id_or_by_number_of_corners() {
             .map(|t| [t, t * 7, if t == 4000 { big } else { 1 }])
             .collect();
         mesh.iter().for_each(|&t| sink.triangle(t).unwrap());
-        let mesh_back = sink.finish("test", digest()).unwrap();
+        sink.flush_v().unwrap();
+        let mesh_back = sink.into_mesh("test", digest()).unwrap();
         assert_eq!(mesh_back.v.kind, kind, "{limit} {big}");
         assert_eq!(testing::triangles(&mesh_back), mesh);
         assert!(testing::bits(&mesh_back).is_empty());
@@ -88,9 +89,32 @@ fn fans_polygons_and_names_faces_too_small() {
     sink.corner(1).unwrap();
     let error = sink.end_face(|| "line 7".into()).unwrap_err().to_string();
     assert!(error.contains("line 7: expected a face of at least 3 corners, found 1 corner"));
+    for _ in 0..10 {
+        sink.vertex4([0.0; 3]).unwrap();
+    }
     let mesh = sink.finish("test", digest()).unwrap();
     assert_eq!(mesh.polygons_fanned, 2);
     let (a, b) = ([0, 0, 0], [5, 6, 7]);
     let fan = [b, [1, 2, 3], [1, 3, 4], [1, 4, 9], a, a];
     assert_eq!(testing::triangles(&mesh), fan);
+}
+
+#[test]
+fn the_first_index_without_vertex_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let ws = testing::workspace(dir.path(), 100 << 10);
+    for big in [3, u64::from(u32::MAX), 1 << 40] {
+        let request = testing::request(dir.path(), dir.path());
+        let mut sink = MeshSink::new(&ws, &request, dir.path(), CoordKind::F4).unwrap();
+        (0..3).for_each(|_| sink.vertex4([0.0; 3]).unwrap());
+        (0..5000).for_each(|_| sink.triangle([0, 1, 2]).unwrap());
+        sink.triangle([0, big, 2]).unwrap();
+        sink.triangle([0, 1, big + 1]).unwrap();
+        let error = sink.finish("test", digest()).unwrap_err().to_string();
+        assert!(
+            error.contains("triangle 5000, corner 1: expected"),
+            "{error}"
+        );
+        assert!(error.contains(&format!("found {big};")), "{error}");
+    }
 }

@@ -82,12 +82,22 @@ pub type Read = fn(&Workspace, ByteReader, &Request) -> Result<Mesh>;
 
 /// Decodes `data`, coming `step` bytes at a time, and sees that nothing stays leased.
 pub fn decode(read: Read, data: &[u8], step: usize, coords: Option<CoordKind>) -> Result<Decoded> {
+    decode_as(read, data, step, |request| request.coords = coords)
+}
+
+/// As [`decode`], by a changed request.
+pub fn decode_as(
+    read: Read,
+    data: &[u8],
+    step: usize,
+    change: impl FnOnce(&mut Request),
+) -> Result<Decoded> {
     let dir = tempfile::tempdir().unwrap();
     let ws = workspace(dir.path(), 200 << 10);
     let source = Dripping(std::io::Cursor::new(data.to_vec()), step);
     let reader = ByteReader::new(&ws, Box::new(source), "mesh".into(), None)?;
     let mut request = request(dir.path(), dir.path());
-    request.coords = coords;
+    change(&mut request);
     let result = read(&ws, reader, &request).map(|mesh| {
         assert_eq!(mesh.entry.files[0].bytes, data.len() as u64);
         Decoded {

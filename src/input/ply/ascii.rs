@@ -2,11 +2,15 @@
 //!
 //! Why a row may not share or leave its line: the format writes each row on a line of its own,
 //! so a value too many or too few is noticed where it stands, instead of shifting every value
-//! behind it. Empty lines between rows are passed over.
+//! behind it. Too many are passed over, with a note, when they follow properties that are not
+//! used anyway (some writers spell colours otherwise than their header says); behind a
+//! coordinate or a corner they are an error, since they may belong to it. Empty lines between
+//! rows are passed over.
 //!
 //! Memory: the reader's buffer. I/O: the input once.
 
 use super::{Plan, Step, Strip, TRAILING};
+use crate::disk::Workspace;
 use crate::error::Result;
 use crate::input::CoordKind;
 use crate::input::reader::ByteReader;
@@ -15,12 +19,16 @@ use crate::input::text::{Dialect, Lexer, shown};
 
 /// Reads the rows of all elements, and that nothing follows.
 pub(super) fn read(
+    ws: &Workspace,
     reader: ByteReader,
     line: u64,
     plans: &[Plan],
     sink: &mut MeshSink,
 ) -> Result<ByteReader> {
+    let path = reader.path().to_owned();
     let mut lexer = Lexer::new(reader, Dialect::Plain, line);
+    // Rows with more values than the header says, and the line of the first.
+    let mut surplus = (0u64, u64::MAX);
     for plan in plans {
         for row in 0..plan.rows {
             // A row of no property has no line either.
@@ -36,17 +44,36 @@ pub(super) fn read(
             } else {
                 other(&mut lexer, plan, sink)?;
             }
-            if !lexer.line_ended()? {
+            if lexer.line_ended()? {
+                continue;
+            }
+            let unused = matches!(
+                plan.steps.last(),
+                Some(Step::Skip(_) | Step::SkipList { .. })
+            );
+            if !unused {
                 let found = shown(lexer.word()?.unwrap_or_default());
                 let what = format!("the end of the line after {}", plan.row(row));
                 let help = "a row has more values than the header says; correct one of them";
                 return Err(lexer.error(what, found, help));
             }
+            surplus.0 += 1;
+            surplus.1 = surplus.1.min(lexer.line());
+            lexer.next_line()?;
         }
     }
     if lexer.seek_word()? {
         let found = shown(lexer.word()?.unwrap_or_default());
         return Err(lexer.error("the end of the file", found, TRAILING));
+    }
+    if surplus.0 > 0 {
+        ws.progress.note(&format!(
+            "{}: {} rows, from line {} on, have more values than the header says; they follow \
+             properties that are not used, and were passed over",
+            path.display(),
+            surplus.0,
+            surplus.1
+        ));
     }
     Ok(lexer.into_reader())
 }

@@ -168,12 +168,12 @@ impl Rows<'_> {
         self.reader.peek(stride)?;
         let input = whole_rows(self.reader.buffered(), stride, left);
         let out = self.sink.triangle_room()?;
-        let rows = if self.big {
+        let (rows, largest) = if self.big {
             gather_triangles::<true>(input, layout, out)
         } else {
             gather_triangles::<false>(input, layout, out)
         };
-        self.sink.triangles_put(rows);
+        self.sink.triangles_put(rows, largest.into());
         self.reader.consume(rows * stride);
         Ok(rows as u64)
     }
@@ -329,8 +329,12 @@ fn gather<const N: usize, const SWAP: bool>(
 }
 
 /// Copies the ids of each row up to the first row that is no triangle of usual ids; returns
-/// how many.
-fn gather_triangles<const SWAP: bool>(input: &[u8], layout: FaceLayout, out: &mut [u8]) -> usize {
+/// how many, and the largest id.
+fn gather_triangles<const SWAP: bool>(
+    input: &[u8],
+    layout: FaceLayout,
+    out: &mut [u8],
+) -> (usize, u32) {
     // Below all ones, which is NONE; a signed id must not be negative either.
     let ids = if layout.signed {
         i32::MAX as u32
@@ -338,7 +342,7 @@ fn gather_triangles<const SWAP: bool>(input: &[u8], layout: FaceLayout, out: &mu
         u32::MAX - 1
     };
     let rows = input.chunks_exact(layout.stride());
-    let mut done = 0;
+    let (mut done, mut largest_of_all) = (0, 0);
     for (row, out) in rows.zip(out.chunks_exact_mut(12)) {
         let row = &row[layout.before..layout.before + 13];
         let mut largest = 0;
@@ -353,9 +357,10 @@ fn gather_triangles<const SWAP: bool>(input: &[u8], layout: FaceLayout, out: &mu
         if row[0] != 3 || largest > ids {
             break;
         }
+        largest_of_all = largest_of_all.max(largest);
         done += 1;
     }
-    done
+    (done, largest_of_all)
 }
 
 /// A value of up to 8 bytes in little-endian order.

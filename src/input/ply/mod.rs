@@ -123,7 +123,7 @@ pub fn read(ws: &Workspace, mut reader: ByteReader, request: &Request) -> Result
     };
     let mut sink = MeshSink::new(ws, request, reader.path(), kind)?;
     let reader = match header.encoding {
-        Encoding::Ascii => ascii::read(reader, header.next_line, &plans, &mut sink)?,
+        Encoding::Ascii => ascii::read(ws, reader, header.next_line, &plans, &mut sink)?,
         Encoding::Little => binary::read(reader, false, &plans, &mut sink)?,
         Encoding::Big => binary::read(reader, true, &plans, &mut sink)?,
     };
@@ -152,7 +152,7 @@ fn refuse_no_surface(path: &Path, elements: &[Element]) -> Result<()> {
     }
     let names: Vec<String> = elements
         .iter()
-        .map(|e| format!("{} {}", e.count, e.name))
+        .map(|e| format!("{}: {}", e.name, e.count))
         .collect();
     let listed = match names.len() {
         0 => "no element at all".to_owned(),

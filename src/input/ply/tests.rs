@@ -234,7 +234,7 @@ fn mixed_types_in_any_order_among_other_properties() {
         "format binary_big_endian 1.0",
         "element junk 2",
         "property list ushort double a\nproperty char b",
-        "element vertex 1",
+        "element vertex 5",
         "property double z\nproperty uchar red\nproperty float x\nproperty short y",
         "element face 1",
         "property list uchar float texcoord\nproperty list int ushort vertex_index",
@@ -244,16 +244,18 @@ fn mixed_types_in_any_order_among_other_properties() {
         (0..len).for_each(|_| data.extend(9f64.to_be_bytes()));
         data.push(1);
     }
-    data.extend(0.1f64.to_be_bytes());
-    data.push(255);
-    data.extend(0.5f32.to_be_bytes());
-    data.extend((-3i16).to_be_bytes());
+    for _ in 0..5 {
+        data.extend(0.1f64.to_be_bytes());
+        data.push(255);
+        data.extend(0.5f32.to_be_bytes());
+        data.extend((-3i16).to_be_bytes());
+    }
     data.push(2);
     data.extend([0; 8]);
     data.extend(5i32.to_be_bytes());
     (0..5u16).for_each(|v| data.extend(v.to_be_bytes()));
     let mesh = good(&data);
-    assert_eq!(mesh.bits, [0.5, -3., 0.1].map(f64::to_bits));
+    assert_eq!(mesh.bits[12..], [0.5, -3., 0.1].map(f64::to_bits));
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
     assert_eq!(mesh.fanned, 1);
     testing::truncated(read, &data, data.len());
@@ -264,11 +266,12 @@ fn mixed_types_in_any_order_among_other_properties() {
 fn polygons_break_the_bulk_loop_only_where_they_are() {
     let mut data = header(&[
         "format binary_little_endian 1.0",
-        "element vertex 0",
-        XYZ,
+        "element vertex 3003",
+        "property uchar x\nproperty uchar y\nproperty uchar z",
         "element face 3000",
         "property list uchar uint vertex_indices",
     ]);
+    data.extend([7; 3003 * 3]);
     let mut right = Vec::new();
     for t in 0..3000u32 {
         let corners = if t % 1000 == 500 { 4 } else { 3 };
@@ -280,18 +283,21 @@ fn polygons_break_the_bulk_loop_only_where_they_are() {
             right.push([t, t + 2, t + 3]);
         }
     }
-    // An id that 4 bytes cannot name beside NONE makes all ids wide.
-    for wide in [false, true] {
-        if wide {
-            let end = data.len();
-            data[end - 4..].fill(0xff);
-            right.last_mut().unwrap()[2] = u32::MAX.into();
-        }
-        for step in [usize::MAX, 1000, 13] {
-            let mesh = decode(read, &data, step, None).unwrap();
-            assert_eq!((mesh.triangles, mesh.fanned), (right.clone(), 3));
+    for step in [usize::MAX, 1000, 13] {
+        for wide in [false, true] {
+            let mesh = testing::decode_as(read, &data, step, |r| r.wide = wide).unwrap();
+            assert_eq!((&mesh.triangles, mesh.fanned), (&right, 3));
         }
     }
+    // An id that 4 bytes cannot name beside NONE makes all ids wide, and is an error at last.
+    let end = data.len();
+    data[end - 4..].fill(0xff);
+    let parts = [
+        "triangle 3002, corner 2",
+        "3003 vertices",
+        "found 4294967295",
+    ];
+    testing::refused(read, &data, &parts);
 }
 
 #[test]
@@ -299,21 +305,23 @@ fn strips_alternate_and_restart() {
     let right = [[0, 1, 2], [2, 1, 3], [2, 3, 3], [7, 8, 9]];
     let text = String::from_utf8(header(&[
         "format ascii 1.0",
-        "element vertex 0",
-        XYZ,
+        "element vertex 10",
+        "property uchar x\nproperty uchar y\nproperty uchar z",
         "element tristrips 2",
         "property list int int vertex_indices",
     ]))
     .unwrap()
+        + &"0 0 0\n".repeat(10)
         + "11 0 1 2 3 3 -1 5 6 -1 -1 4\n3 7 8 9\n";
     assert_eq!(good(text.as_bytes()).triangles, right);
     let mut data = header(&[
         "format binary_big_endian 1.0",
-        "element vertex 0",
-        XYZ,
+        "element vertex 10",
+        "property uchar x\nproperty uchar y\nproperty uchar z",
         "element tristrips 2",
         "property list int int vertex_indices",
     ]);
+    data.extend([0; 30]);
     for v in [11, 0, 1, 2, 3, 3, -1, 5, 6, -1, -1, 4, 3, 7, 8, 9] {
         data.extend(i32::to_be_bytes(v));
     }
@@ -322,7 +330,7 @@ fn strips_alternate_and_restart() {
     data[n - 4..].copy_from_slice(&(-2i32).to_be_bytes());
     testing::refused(read, &data, &["tristrips 1 of 2", "found -2"]);
     let text = text.replace("-1 5", "-7 5");
-    testing::refused(read, text.as_bytes(), &["line 10", "-7"]);
+    testing::refused(read, text.as_bytes(), &["line 20", "-7"]);
 }
 
 #[test]

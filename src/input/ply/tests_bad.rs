@@ -52,6 +52,12 @@ fn text_rows_are_held_to_their_lines() {
         assert!(text.contains(from));
         refused(read, text.replace(from, to).as_bytes(), parts);
     }
+    let unused = text
+        .replace("element face", "property uchar red\nelement face")
+        .replace("0 0\n", "0 0 1 2 3\n")
+        .replace("1.5 0\n", "1.5 0 1\n")
+        .replace("-2\n", "-2 1\n");
+    assert_eq!(good(unused.as_bytes()), good(text.as_bytes()));
     let spaced = text.replace("1 0 0\n", "\n \n\t1  0 0 \n") + "\n \n";
     assert_eq!(good(spaced.as_bytes()), good(text.as_bytes()));
     let wide = decode(read, text.as_bytes(), 5, Some(CoordKind::F8)).unwrap();
@@ -128,7 +134,7 @@ fn what_is_no_surface_or_no_header() {
     let head = |lines: &[&str]| header(&[&["format ascii 1.0"], lines].concat());
     let vertex = format!("element vertex 1\n{XYZ}");
     let cloud = [head(&[&vertex]), b"0 0 0\n".to_vec()].concat();
-    refused(read, &cloud, &["a point cloud", "1 vertex"]);
+    refused(read, &cloud, &["a point cloud", "vertex: 1"]);
     let grid = head(&[
         &vertex,
         "element range_grid 1\nproperty list uchar int vertex_indices",
@@ -137,7 +143,7 @@ fn what_is_no_surface_or_no_header() {
     refused(
         read,
         &head(&["element point 1\nproperty int x"]),
-        &["no vertices", "1 point"],
+        &["no vertices", "point: 1"],
     );
     refused(read, &head(&[]), &["no element at all"]);
     let faces = format!("element face 0\n{FACES}");
