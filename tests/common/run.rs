@@ -58,11 +58,13 @@ pub fn cornermill_reading<S: AsRef<OsStr>>(input: &Path, args: impl IntoIterator
     run(command, File::open(input).expect("input opens").into())
 }
 
-/// Runs `cornermill` in an address space of `mib` MiB: an allocation from a header's claim then
-/// fails, whether or not its pages are touched.
+/// Runs `cornermill` in an address space of `mib` MiB, and with files of at most as much: an
+/// allocation from a header's claim then fails, in memory or on disk, before it hurts anyone.
 pub fn cornermill_confined<S: AsRef<OsStr>>(mib: u32, args: impl IntoIterator<Item = S>) -> Run {
     let mut command = Command::new("sh");
-    let script = format!("ulimit -v {} && exec \"$0\" \"$@\"", mib * 1024);
+    // Kibibytes of memory, 512-byte blocks of files; going beyond the latter ends the process.
+    let limits = format!("ulimit -v {} && ulimit -f {}", mib * 1024, mib * 2048);
+    let script = format!("{limits} && exec \"$0\" \"$@\"");
     command
         .args(["-c", &script, env!("CARGO_BIN_EXE_cornermill")])
         .args(args);
