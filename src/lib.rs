@@ -8,6 +8,7 @@ pub mod cli;
 pub mod corner;
 pub mod disk;
 mod error;
+pub mod export;
 pub mod folder;
 pub mod input;
 pub mod report;

@@ -27,6 +27,13 @@ impl Width {
         }
     }
 
+    pub(crate) fn bytes(self) -> usize {
+        match self {
+            Width::U4 => u32::BYTES,
+            Width::U8 => u64::BYTES,
+        }
+    }
+
     pub(crate) fn descr(self) -> &'static str {
         match self {
             Width::U4 => u32::DESCR,
@@ -59,6 +66,14 @@ impl Coords {
             Some("f4") => Ok(Some(Coords::F4)),
             Some("f8") => Ok(Some(Coords::F8)),
             Some(other) => Err(bad_type(folder, "coordinate type f4 or f8", other)),
+        }
+    }
+
+    /// Bytes of a row of (N,3).
+    pub(crate) fn row_bytes(self) -> usize {
+        match self {
+            Coords::F4 => 12,
+            Coords::F8 => 24,
         }
     }
 

@@ -3,7 +3,7 @@
 // lean on the builder. The examples in the documentation use it too, by `include!`, so it
 // must not open with an inner attribute or doc comment.
 
-use cornermill::disk::{Counters, DataFile};
+use cornermill::disk::{Budget, Counters, DataFile, NoProgress, Scratch, Workers, Workspace};
 use cornermill::folder::{
     self, ComponentRow, Counts, FileEntry, InputEntry, Manifest, Options, Orient, npy,
 };
@@ -36,6 +36,18 @@ pub fn tetrahedron() -> Mesh {
             [0.0, 0.0, 1.0],
         ]),
         ..Mesh::default()
+    }
+}
+
+/// A workspace of this many bytes, one thread, and scratch space in this folder.
+pub fn workspace(dir: &Path, memory: u64) -> Workspace {
+    let io = Arc::new(Counters::default());
+    Workspace {
+        budget: Budget::new(memory),
+        scratch: Scratch::new(&[dir.to_owned()], u64::MAX, &io).expect("a scratch space"),
+        io,
+        workers: Workers::new(1).expect("a thread"),
+        progress: Arc::new(NoProgress),
     }
 }
 

@@ -1,0 +1,251 @@
+//! A mesh folder, or chosen components of it, as PLY, STL, OBJ, OFF or `.npy`, streamed.
+//!
+//! Vertices are written in ascending order of their ids, triangles in theirs, so that a whole
+//! folder leaves as it came in, vertex for vertex. With a selection the vertices that no chosen
+//! triangle names are left out and the others numbered anew, in the same order: a first pass
+//! over V marks the vertices in a bit array, and the number of a vertex is the count of marks
+//! before it.
+//!
+//! Why nothing half-written is left under the target's name: files are written under a
+//! temporary name beside the target and renamed when complete.
+//!
+//! Memory, all of it drawn from the budget: fixed buffers (at least [`least_memory`]; more
+//! when there is more, which changes no byte of the output). A selection adds a bit a
+//! component and, except for STL, 9/64 byte a vertex of the mesh (marks and their counts);
+//! `largest` adds 16 bytes for each component asked for, while choosing. When that does not
+//! fit, the export is refused and the message names the least that would do.
+//! I/O: V once (twice with a selection), labels with it when there is a selection, the flip
+//! bits when they are undone, and G once. STL needs the coordinates at each triangle: G is
+//! read in the order of use, block by block of triangles, which for a mesh in random order
+//! reads all of G again and again: correct, and slow.
+
+mod faces;
+mod gather;
+mod job;
+mod npy;
+mod number;
+mod plain;
+mod ply;
+mod select;
+mod sink;
+mod stl;
+mod used;
+
+use crate::disk::Workspace;
+use crate::error::{Error, Result};
+use crate::folder::{self, Folder};
+use job::Job;
+use sink::{Sink, Target};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+pub use job::least_memory;
+
+/// A file format to write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Stanford PLY, binary little-endian, or ascii. Coordinates as the folder has them (float
+    /// or double); indices `int` while all stay below 2^31, `uint` to 2^32.
+    Ply,
+    /// STL, binary: three f4 positions and a normal for each triangle, at most 2^32 - 1 of
+    /// them. f8 coordinates are rounded; one that is too large for f4 is refused.
+    Stl,
+    /// Wavefront OBJ, text.
+    Obj,
+    /// Object File Format, text.
+    Off,
+    /// NumPy arrays: `NAME.npy` is V, (T,3), u4 or (when ids need it) u8, and `NAME.G.npy` is
+    /// G, (N,3), as the folder has it. The one format for a folder without coordinates.
+    Npy,
+}
+
+impl Format {
+    /// The format that a file name ends in, whatever the case.
+    ///
+    /// ```
+    /// use cornermill::export::Format;
+    /// assert_eq!(Format::of("scan.PLY".as_ref()), Some(Format::Ply));
+    /// assert_eq!(Format::of("scan.gz".as_ref()), None);
+    /// ```
+    pub fn of(path: &Path) -> Option<Format> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "ply" => Some(Format::Ply),
+            "stl" => Some(Format::Stl),
+            "obj" => Some(Format::Obj),
+            "off" => Some(Format::Off),
+            "npy" => Some(Format::Npy),
+            _ => None,
+        }
+    }
+}
+
+/// What to export, and where to.
+///
+/// The three selections choose whole components. Together they narrow: `largest` chooses from
+/// those of at least `min_triangles`. `component` stands alone. Degenerate triangles belong to
+/// no component: a selection leaves them out, an export without selection has everything.
+#[derive(Clone, Debug)]
+pub struct ExportRequest {
+    /// The format.
+    pub format: Format,
+    /// The file to write; `-` is standard output (not for `.npy`, which are two files).
+    pub target: PathBuf,
+    /// Text instead of binary, for PLY. OBJ and OFF are text in any case.
+    pub ascii: bool,
+    /// Only the component with this number.
+    pub component: Option<u64>,
+    /// Only the components with the most triangles, this many; of equals the lower number.
+    pub largest: Option<u64>,
+    /// Only components of at least this many triangles.
+    pub min_triangles: Option<u64>,
+    /// Every triangle as the input had it: the flips are undone.
+    pub input_orientation: bool,
+    /// Replace a file that exists.
+    pub force: bool,
+}
+
+impl ExportRequest {
+    /// A request for everything, binary, as the folder has it, replacing nothing.
+    pub fn new(format: Format, target: impl Into<PathBuf>) -> ExportRequest {
+        ExportRequest {
+            format,
+            target: target.into(),
+            ascii: false,
+            component: None,
+            largest: None,
+            min_triangles: None,
+            input_orientation: false,
+            force: false,
+        }
+    }
+
+    fn selects(&self) -> bool {
+        self.component.is_some() || self.largest.is_some() || self.min_triangles.is_some()
+    }
+
+    /// True when vertices are numbered anew.
+    fn renumbers(&self) -> bool {
+        self.selects() && self.format != Format::Stl
+    }
+
+    /// What makes no sense is refused before anything is read.
+    fn check(&self, folder: &Folder) -> Result<()> {
+        let refuse = |what: &str| Err(Error::Usage(what.into()));
+        if self.component.is_some() && (self.largest.is_some() || self.min_triangles.is_some()) {
+            return refuse(
+                "--component names one component; --largest and --min-triangles choose among \
+                 all: give one or the other",
+            );
+        }
+        if self.largest == Some(0) {
+            return refuse("--largest 0 asks for no component; give 1 or more");
+        }
+        if self.ascii && matches!(self.format, Format::Stl | Format::Npy) {
+            return refuse("--ascii is for ply; stl and npy are written in binary only");
+        }
+        if self.format != Format::Npy && !folder.has(folder::G) {
+            return refuse(
+                "the folder has no coordinates (it was built from V alone), \
+                 so only npy can be written",
+            );
+        }
+        Ok(())
+    }
+}
+
+/// What an export wrote.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExportCount {
+    /// Triangles.
+    pub triangles: u64,
+    /// Coordinate triples: vertices, or 3 a triangle for STL; 0 without coordinates.
+    pub vertices: u64,
+    /// Components chosen; `None` without a selection.
+    pub components: Option<u64>,
+    /// Bytes.
+    pub bytes: u64,
+    /// The files; none for a stream.
+    pub files: Vec<PathBuf>,
+}
+
+/// Exports a folder to a file, to two (`.npy`), or to standard output.
+///
+/// The target must not exist unless `force` is set, nor lie in the folder itself. It appears
+/// under its name when it is complete; on an error it does not.
+///
+/// # Errors
+/// [`Error::Usage`] for a request that makes no sense or chooses nothing, a target that exists,
+/// a count that the format cannot hold; [`Error::Budget`] naming the least that would do;
+/// [`Error::Input`] when the folder is damaged; [`Error::Io`].
+///
+/// # Example
+/// ```
+/// # mod by_hand { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/by_hand/mod.rs")); }
+/// # let dir = tempfile::tempdir().unwrap();
+/// # let folder = dir.path().join("tetrahedron.ct");
+/// # let target = dir.path().join("tetrahedron.obj");
+/// # by_hand::tetrahedron().write(&folder);
+/// # let ws = by_hand::workspace(dir.path(), 1 << 20);
+/// use cornermill::export::{ExportRequest, Format, export};
+/// use cornermill::folder::Folder;
+///
+/// // ws: a Workspace of 1 MiB; folder: the mesh folder of a tetrahedron
+/// let folder = Folder::open(&folder, &ws.io)?;
+/// let mut request = ExportRequest::new(Format::Obj, &target);
+/// request.largest = Some(1);
+/// let count = export(&ws, &folder, &request)?;
+/// assert_eq!((count.triangles, count.vertices), (4, 4));
+/// assert!(std::fs::read_to_string(&target).unwrap().starts_with("v 0 0 0\n"));
+/// # Ok::<(), cornermill::Error>(())
+/// ```
+pub fn export(ws: &Workspace, folder: &Folder, request: &ExportRequest) -> Result<ExportCount> {
+    if request.target.as_os_str() == "-" {
+        return export_to(ws, folder, request, &mut std::io::stdout().lock());
+    }
+    request.check(folder)?;
+    let mut target = Target::create(folder, &request.target, request.force)?;
+    let mut beside = None;
+    if request.format == Format::Npy && folder.has(folder::G) {
+        let path = npy::path_of_g(&request.target);
+        beside = Some(Target::create(folder, &path, request.force)?);
+    }
+    let mut job = Job::start(ws, folder, request)?;
+    let mut bytes = 0;
+    let mut files = Vec::new();
+    // G before V: where NAME.npy is, its coordinates are complete too.
+    if let Some(mut beside) = beside {
+        let mut sink = Sink::new(beside.file(), npy::path_of_g(&request.target), &ws.io);
+        npy::write_g(&mut job, &mut sink)?;
+        bytes += sink.finish()?;
+        files.push(beside.keep()?);
+    }
+    let mut sink = Sink::new(target.file(), request.target.clone(), &ws.io);
+    job.write(&mut sink)?;
+    bytes += sink.finish()?;
+    files.push(target.keep()?);
+    Ok(job.count(bytes, files))
+}
+
+/// Exports a folder to a stream. As [`export`], which see; the target's name is used in
+/// messages only. When it fails, part of the mesh may have been written.
+///
+/// # Errors
+/// As [`export`]; [`Error::Usage`] for `.npy`, which are two files.
+pub fn export_to(
+    ws: &Workspace,
+    folder: &Folder,
+    request: &ExportRequest,
+    out: &mut dyn Write,
+) -> Result<ExportCount> {
+    request.check(folder)?;
+    if request.format == Format::Npy {
+        return Err(Error::Usage(
+            "npy is written as files, NAME.npy and NAME.G.npy; give a name instead of -".into(),
+        ));
+    }
+    let mut job = Job::start(ws, folder, request)?;
+    let mut sink = Sink::new(out, request.target.clone(), &ws.io);
+    job.write(&mut sink)?;
+    let bytes = sink.finish()?;
+    Ok(job.count(bytes, Vec::new()))
+}
