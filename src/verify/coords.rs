@@ -56,9 +56,9 @@ impl Frame {
             self.nonfinite += 1;
             return;
         }
-        for axis in 0..3 {
-            self.min[axis] = self.min[axis].min(p[axis]);
-            self.max[axis] = self.max[axis].max(p[axis]);
+        for (axis, x) in p.into_iter().enumerate() {
+            self.min[axis] = self.min[axis].min(x);
+            self.max[axis] = self.max[axis].max(x);
         }
     }
 
@@ -100,10 +100,10 @@ impl Frame {
     pub(super) fn measure(&self, tally: &mut Tally, points: [[f64; 3]; 3], seams: u8) {
         let mut finite = true;
         for p in points {
-            for axis in 0..3 {
-                if p[axis].is_finite() {
-                    tally.min[axis] = tally.min[axis].min(p[axis]);
-                    tally.max[axis] = tally.max[axis].max(p[axis]);
+            for (axis, x) in p.into_iter().enumerate() {
+                if x.is_finite() {
+                    tally.min[axis] = tally.min[axis].min(x);
+                    tally.max[axis] = tally.max[axis].max(x);
                 } else {
                     finite = false;
                 }

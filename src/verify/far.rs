@@ -80,9 +80,9 @@ pub(super) fn measure(
     while let Some(first) = by_corner.next()? {
         let mut points = [first.point; 3];
         let mut seams = first.corner as u8 & 1;
-        for k in 1..3 {
+        for (k, point) in points.iter_mut().enumerate().skip(1) {
             if let Some(next) = by_corner.next()? {
-                points[k] = next.point;
+                *point = next.point;
                 seams |= (next.corner as u8 & 1) << k;
             }
         }

@@ -18,94 +18,10 @@
 //! of nodes goes with any memory. I/O: 16 bytes written and read for each link that leaves a
 //! range, a few times for a mesh.
 
+use super::range::{Link, NOBODY, PARITY, Range, Shape};
 use super::spool::Spool;
 use crate::disk::{Lease, Scratch, Workspace};
 use crate::error::Result;
-use bytemuck::{Pod, Zeroable};
-
-/// The most nodes of a range: parents are 31 bits beside the parity.
-const MOST_NODES: u64 = (1 << 31) - 1;
-/// No lower neighbour.
-const NOBODY: u64 = u64::MAX;
-
-/// A link from `hi` to `lo <= hi`, with the parity in the top bit of `lo`.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct Link {
-    hi: u64,
-    lo: u64,
-}
-
-const PARITY: u64 = 1 << 63;
-
-impl Link {
-    fn new(a: u64, b: u64, parity: bool) -> Link {
-        Link {
-            hi: a.max(b),
-            lo: a.min(b) | if parity { PARITY } else { 0 },
-        }
-    }
-
-    fn parts(self) -> (u64, u64, bool) {
-        (self.hi, self.lo & !PARITY, self.lo & PARITY != 0)
-    }
-}
-
-/// How a graph is cut, from the memory that it may take.
-#[derive(Clone, Copy, Debug)]
-struct Shape {
-    /// Nodes of a range.
-    range: u64,
-    /// Ranges that a level of the tree is cut into.
-    fan: u64,
-    /// Levels of the tree.
-    levels: u32,
-    /// Bytes of a file's buffer.
-    buffer: u64,
-}
-
-impl Shape {
-    fn of(nodes: u64, memory: u64) -> Shape {
-        let single = memory.saturating_sub(64) * 8 / 33;
-        if nodes <= single.min(MOST_NODES) {
-            return Shape {
-                range: nodes.max(1),
-                fan: 1,
-                levels: 0,
-                buffer: 0,
-            };
-        }
-        let buffer = (memory / 256).clamp(256, 64 << 10);
-        let fan = (memory / 8 / buffer).clamp(8, 128);
-        // Levels take memory from the range, and a smaller range may need more levels.
-        let mut levels = 1;
-        loop {
-            // Two buffers more for the links that leave the range, and reading.
-            let files = (u64::from(levels) * fan + 3) * buffer;
-            let range = (memory.saturating_sub(files) * 8 / 97).clamp(64, MOST_NODES);
-            let covered = (range as u128) * (fan as u128).pow(levels);
-            if covered >= u128::from(nodes) || levels == 20 {
-                return Shape {
-                    range,
-                    fan,
-                    levels,
-                    buffer,
-                };
-            }
-            levels += 1;
-        }
-    }
-
-    fn bytes(&self) -> u64 {
-        if self.levels == 0 {
-            return self.range * 4 + self.range / 8 + 64;
-        }
-        self.range * 12
-            + self.range / 8
-            + 64
-            + (u64::from(self.levels) * self.fan + 3) * self.buffer
-    }
-}
 
 /// One level of the tree of ranges: `fan` files, each for `width` nodes from `start` on.
 struct Level {
@@ -121,82 +37,8 @@ pub(super) struct Links {
     shape: Shape,
     scratch: Scratch,
     levels: Vec<Level>,
-    leaf: Leaf,
+    leaf: Range,
     _lease: Lease,
-}
-
-/// The union-find of the range that is open now.
-struct Leaf {
-    base: u64,
-    end: u64,
-    parent: Vec<u32>,
-    odd: Vec<u64>,
-    /// Highest lower neighbour of each class, parity in the top bit.
-    best: Vec<u64>,
-    /// Links that leave the range.
-    leaving: Spool<Link>,
-}
-
-/// Top bit of a parent: the node's parity differs from its parent's.
-const FLIP: u32 = 1 << 31;
-
-impl Leaf {
-    fn open(&mut self, base: u64, end: u64, leaves: bool) {
-        let n = (end - base) as usize;
-        self.base = base;
-        self.end = end;
-        self.parent.clear();
-        self.parent.extend(0..n as u32);
-        self.odd.clear();
-        self.odd.resize(n.div_ceil(64), 0);
-        self.best.clear();
-        if leaves {
-            self.best.resize(n, NOBODY);
-        }
-    }
-
-    /// Root of a node's class and the node's parity to it.
-    fn find(&mut self, node: u64) -> (u32, bool) {
-        let mut at = (node - self.base) as u32;
-        let mut parity = 0;
-        loop {
-            let up = self.parent[at as usize];
-            let (above, flip) = (up & !FLIP, up & FLIP);
-            if above == at {
-                return (at, parity != 0);
-            }
-            // Halve the path: hang the node on its grandparent.
-            let top = self.parent[above as usize];
-            self.parent[at as usize] = top ^ flip;
-            parity ^= self.parent[at as usize] & FLIP;
-            at = top & !FLIP;
-        }
-    }
-
-    fn mark_odd(&mut self, root: u32) {
-        self.odd[root as usize / 64] |= 1 << (root % 64);
-    }
-
-    fn is_odd(&self, root: u32) -> bool {
-        self.odd[root as usize / 64] >> (root % 64) & 1 != 0
-    }
-
-    fn join(&mut self, a: u64, b: u64, parity: bool) {
-        let ((ra, pa), (rb, pb)) = (self.find(a), self.find(b));
-        let parity = parity ^ pa ^ pb;
-        if ra == rb {
-            if parity {
-                self.mark_odd(ra);
-            }
-            return;
-        }
-        // The least node is the root: it names the component.
-        let (low, high) = (ra.min(rb), ra.max(rb));
-        self.parent[high as usize] = low | if parity { FLIP } else { 0 };
-        if self.is_odd(high) {
-            self.mark_odd(low);
-        }
-    }
 }
 
 impl Links {
@@ -209,7 +51,7 @@ impl Links {
             shape,
             scratch: ws.scratch.clone(),
             levels: Vec::new(),
-            leaf: Leaf {
+            leaf: Range {
                 base: 0,
                 end: 0,
                 parent: Vec::with_capacity(shape.range as usize),
@@ -430,7 +272,7 @@ mod tests {
         };
         let mut most = 0;
         for round in 0..60 {
-            let nodes = [1, 2, 500, 3_000, 20_000, 90_000][round % 6];
+            let nodes = [1, 2, 500, 3_000, 8_000, 20_000][round % 6];
             let span = [nodes, 7.min(nodes), 300.min(nodes)][round % 3];
             let links: Vec<_> = (0..nodes * (round as u64 % 4) / 2)
                 .map(|_| {

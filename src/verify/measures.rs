@@ -6,8 +6,10 @@
 //! sides without an opposite, S that of all sides, T the triangles, all in units of the
 //! largest extent. Moving each vertex by at most h changes six times the volume by at most
 //! 6 h A within the surface, h times the diagonal for each unit of a side that no other
-//! triangle balances, 3 h^2 S and 8 T h^3 in higher orders; an area by h for each unit of a
-//! side. Twice that is allowed, and 2^-40 of the area for rounding. Boxes are exact.
+//! triangle balances, 3 h^2 S and 8 T h^3 in higher orders. Twice that is allowed, and 2^-40
+//! of the area for rounding. Areas are sums over the coordinates as they are, each triangle's
+//! rounded to a fixed step: 2^-40 of the area, 2^-48 S for what cancels in a thin triangle,
+//! and 2^-50 T for the step are allowed. Boxes are exact.
 //!
 //! Memory, I/O: none.
 
@@ -97,8 +99,8 @@ fn volume_slack(tally: &Tally, tight: bool) -> f64 {
 }
 
 fn area_slack(tally: &Tally) -> f64 {
-    let rounding = tally.area.value() * 2f64.powi(-40);
-    2.0 * STEP * tally.sides.value() + rounding + tally.triangles as f64 * 2f64.powi(-50)
+    let thin = tally.sides.value() * 2f64.powi(-48);
+    tally.area.value() * 2f64.powi(-40) + thin + tally.triangles as f64 * 2f64.powi(-50)
 }
 
 /// None when `found` is `own` within `slack`, both in units of the largest extent to the

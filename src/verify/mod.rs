@@ -31,7 +31,9 @@ mod far;
 mod files;
 mod links;
 mod measures;
+mod range;
 mod read;
+mod row;
 mod rows;
 mod sort;
 mod spool;
@@ -141,7 +143,7 @@ impl Contents<'_> {
         let tallies = Sorter::new(ws, "sums by component", lane / 32)?;
         let spans = Sorter::new(ws, "spans of vertices", lane / 32)?;
         let wanted = Sorter::new(ws, "corners by vertex", lane / 8)?;
-        let chunk = (lane / 16 * 6 / triangles::BYTES).min(self.limits.chunk);
+        let chunk = (lane / 16 * 6 / triangles::BYTES).min(self.limits.chunk.min(1 << 20));
         let outlets = triangles::Outlets {
             edges: &edges,
             tallies: &tallies,

@@ -197,7 +197,7 @@ impl Component<'_> {
         };
         if !self.orientable() || self.orient == Orient::Keep {
             if tally.flipped > 0 {
-                let found = format!("{} triangles flipped", tally.flipped);
+                let found = format!("{} of {} triangles flipped", tally.flipped, tally.triangles);
                 let expected = match self.orient {
                     Orient::Keep => "0 (the option keeps the input's orientation)",
                     _ => "0 (the component has no consistent orientation)",
@@ -224,7 +224,7 @@ impl Component<'_> {
         } else if self.orient == Orient::First {
             if first_flipped {
                 let found = format!("its first triangle {} is flipped", self.first());
-                add(FLIPPED, self.at(), found, "as the first triangle was");
+                add(FLIPPED, self.at(), found, "one that is not");
             }
         } else if tally.flipped > kept || tally.flipped == kept && first_flipped {
             let found = format!("{} of {} triangles flipped", tally.flipped, tally.triangles);

@@ -13,13 +13,15 @@ use super::coords::{Block, Coords};
 use super::edge_record::{EdgeRecord, Facing};
 use super::far::Wanted;
 use super::files::Arrays;
+use super::read::IdReader;
+use super::row::Row;
 use super::sort::{Filler, Record, Sorter};
 use super::tally::{Table, Tally};
 use super::verdict::{At, Check, Findings, id};
 use crate::disk::{Lease, Workspace};
 use crate::error::Result;
 use crate::folder::npy::DATA_START;
-use crate::folder::{COMPONENT, DEGENERATE, FLIPPED, O, V};
+use crate::folder::{DEGENERATE, FLIPPED};
 use bytemuck::{Pod, Zeroable};
 use std::sync::Mutex;
 
@@ -98,7 +100,7 @@ pub(super) fn run<E: EdgeRecord>(
 /// Checks that `degenerate.npy` ascends, on which the chunks rely to find their part.
 fn ascending(ws: &Workspace, arrays: &Arrays, findings: &Findings) -> Result<()> {
     let list = &arrays.degenerate;
-    let mut reader = super::read::IdReader::new(ws, list, 64 << 10)?;
+    let mut reader = IdReader::new(ws, list, 64 << 10)?;
     let mut before = None;
     for row in 0..list.len {
         let now = reader.get(row)?;
@@ -150,17 +152,10 @@ struct Lane<'a, E: EdgeRecord> {
     table: Table<'a>,
     spans: Filler<'a, Span>,
     wanted: Filler<'a, Wanted>,
+    /// The list of degenerate triangles.
+    listed: IdReader<'a>,
     counted: Counted,
     _lease: Lease,
-}
-
-/// What the checks of one triangle look at.
-struct Row {
-    t: u64,
-    v: [u64; 3],
-    o: [u64; 3],
-    label: u64,
-    flipped: bool,
 }
 
 impl<'a, E: EdgeRecord> Lane<'a, E> {
@@ -189,6 +184,7 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
             table: Table::new(ws, outlets.tallies, arrays.components, outlets.table)?,
             spans: outlets.spans.filler(ws)?,
             wanted: outlets.wanted.filler(ws)?,
+            listed: IdReader::new(ws, &arrays.degenerate, 4 << 10)?,
             counted: Counted::default(),
         })
     }
@@ -219,27 +215,29 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
             .read(first, &mut self.label, &mut self.raw)?;
         let at = DATA_START + first / 8;
         arrays.flipped.read_at(&mut self.bits, at)?;
-        let mut listed = arrays.degenerate.lower_bound(first)?;
-        let listed_end = arrays.degenerate.lower_bound(first + n as u64)?;
+        let mut place = arrays.degenerate.lower_bound(first)?;
+        // A list in disorder must not make every chunk read all of it.
+        let most = place + n as u64;
         for i in 0..n {
             let row = self.row(first, i);
-            self.ranges(&row);
-            let [a, b, c] = row.v;
-            if a == b || b == c || c == a {
+            row.ranges(arrays, self.findings);
+            self.counted.flipped += u64::from(row.flipped);
+            while place < most && self.listed.get(place)?.is_some_and(|t| t < row.t) {
+                place += 1;
+            }
+            let listed = self.listed.get(place)? == Some(row.t);
+            if row.is_degenerate() {
                 self.counted.degenerate += 1;
-                self.degenerate(&row);
-                let there = listed < listed_end && arrays.degenerate.one(listed)? == row.t;
-                listed += u64::from(there);
-                if !there {
-                    self.unlisted(&row);
+                row.degenerate(self.findings);
+                if !listed {
+                    row.unlisted(self.findings);
                 }
-                continue;
+            } else {
+                if listed {
+                    row.wrongly_listed(self.findings);
+                }
+                self.sound(&row)?;
             }
-            if listed < listed_end && arrays.degenerate.one(listed)? == row.t {
-                listed += 1;
-                self.wrongly_listed(&row);
-            }
-            self.sound(&row)?;
         }
         self.sort_vertices();
         self.spans()?;
@@ -257,82 +255,6 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
         }
     }
 
-    /// Every vertex below N, every opposite NONE or a corner of another triangle.
-    fn ranges(&mut self, row: &Row) {
-        self.counted.flipped += u64::from(row.flipped);
-        let (n, corners) = (self.arrays.vertices, self.arrays.triangles * 3);
-        for k in 0..3 {
-            let c = 3 * row.t + k as u64;
-            if row.v[k] >= n {
-                self.findings.add(Check::VertexRange, V, At::Corner(c), || {
-                    let found = format!("V[{c}] is {}", id(row.v[k]));
-                    (found, format!("a vertex below {n}"))
-                });
-            }
-            let o = row.o[k];
-            if o == u64::MAX {
-                continue;
-            }
-            if o >= corners {
-                self.findings
-                    .add(Check::OppositeRange, O, At::Corner(c), || {
-                        let found = format!("O[{c}] is {o}");
-                        (found, format!("NONE or a corner below {corners}"))
-                    });
-            } else if o / 3 == row.t {
-                self.findings
-                    .add(Check::OppositeRange, O, At::Corner(c), || {
-                        let found = format!("O[{c}] is {o}, in the same triangle {}", row.t);
-                        (found, "a corner of another triangle".into())
-                    });
-            }
-        }
-    }
-
-    /// A triangle with a repeated vertex faces nothing, belongs to nothing, is not turned.
-    fn degenerate(&mut self, row: &Row) {
-        for k in 0..3 {
-            if row.o[k] != u64::MAX {
-                let c = 3 * row.t + k as u64;
-                self.findings.add(Check::Opposite, O, At::Corner(c), || {
-                    let found = format!("O[{c}] is {}", row.o[k]);
-                    (found, format!("NONE (triangle {} is degenerate)", row.t))
-                });
-            }
-        }
-        if row.label != u64::MAX {
-            let at = At::Triangle(row.t);
-            self.findings.add(Check::Label, COMPONENT, at, || {
-                let found = format!("label {}", row.label);
-                (found, "NONE (the triangle is degenerate)".into())
-            });
-        }
-        if row.flipped {
-            let at = At::Triangle(row.t);
-            self.findings.add(Check::FlippedBits, FLIPPED, at, || {
-                ("bit 1".into(), "0 (the triangle is degenerate)".into())
-            });
-        }
-    }
-
-    fn unlisted(&self, row: &Row) {
-        let at = At::Triangle(row.t);
-        self.findings.add(Check::Degenerate, DEGENERATE, at, || {
-            let [a, b, c] = row.v.map(id);
-            let found = format!("not listed, though its vertices are {a}, {b}, {c}");
-            (found, "every triangle with a repeated vertex".into())
-        });
-    }
-
-    fn wrongly_listed(&self, row: &Row) {
-        let at = At::Triangle(row.t);
-        self.findings.add(Check::Degenerate, DEGENERATE, at, || {
-            let [a, b, c] = row.v.map(id);
-            let found = format!("listed, though its vertices are {a}, {b}, {c}");
-            (found, "only triangles with a repeated vertex".into())
-        });
-    }
-
     /// A triangle with three vertices: its label, its sums, its three corners by edge.
     fn sound(&mut self, row: &Row) -> Result<()> {
         let labelled = row.label < self.arrays.components;
@@ -342,12 +264,7 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
             tally.flipped += u64::from(row.flipped);
             tally.first = tally.first.min(row.t << 1 | u64::from(row.flipped));
         } else {
-            let at = At::Triangle(row.t);
-            self.findings.add(Check::Label, COMPONENT, at, || {
-                let most = self.arrays.components;
-                let found = format!("label {}", id(row.label));
-                (found, format!("a component below {most}"))
-            });
+            row.unlabelled(self.arrays.components, self.findings);
         }
         for k in 0..3 {
             let (next, prev) = (row.v[(k + 1) % 3], row.v[(k + 2) % 3]);
@@ -410,9 +327,7 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
         }
         for i in 0..self.label.len() {
             let row = self.row(first, i);
-            let [a, b, c] = row.v;
-            let degenerate = a == b || b == c || c == a;
-            if degenerate || row.label >= self.arrays.components {
+            if row.is_degenerate() || row.label >= self.arrays.components {
                 continue;
             }
             if row.v.iter().any(|&v| v >= self.arrays.vertices) {

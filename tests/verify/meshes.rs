@@ -1,6 +1,7 @@
 //! Small meshes, each named by its hazard, and larger ones for the ways out of memory.
 
-use super::Soup;
+use crate::naive::Soup;
+use std::f64::consts::{PI, TAU};
 
 /// A mesh with coordinates.
 pub fn soup(v: &[[u64; 3]], g: &[[f64; 3]]) -> Soup {
@@ -68,7 +69,7 @@ pub fn moebius(n: u64) -> Soup {
     let g: Vec<[f64; 3]> = (0..2 * n)
         .map(|i| {
             let (turn, side) = ((i / 2) as f64 / n as f64, (i % 2) as f64 - 0.5);
-            let (angle, half) = (turn * 6.28, turn * 3.14);
+            let (angle, half) = (turn * TAU, turn * PI);
             let r = 2.0 + side * f64::cos(half);
             [r * angle.cos(), r * angle.sin(), side * half.sin()].map(single)
         })
@@ -122,11 +123,10 @@ pub fn torus(a: u64, b: u64) -> Soup {
             v.extend([[p, q, r], [p, r, s]]);
         }
     }
-    let turn = std::f64::consts::TAU;
     let mut g = Vec::new();
     for i in 0..a {
         for j in 0..b {
-            let (x, y) = (turn * i as f64 / a as f64, turn * j as f64 / b as f64);
+            let (x, y) = (TAU * i as f64 / a as f64, TAU * j as f64 / b as f64);
             let r = 3.0 + y.cos();
             g.push([r * x.cos(), r * x.sin(), y.sin()].map(single));
         }

@@ -1,13 +1,21 @@
 //! `verify` accepts what a naive writer makes of every mesh, and notices, by the right check
 //! and at the right id, each way in which such a folder can be wrong.
 
-mod naive_folder;
+mod breaks;
+mod files;
+mod lists;
+mod memory;
+mod meshes;
+mod naive;
+mod orientation;
+mod relations;
+mod table;
 
+use cornermill::Result;
 use cornermill::disk::{Budget, Counters, NoProgress, Scratch, Workers, Workspace};
-use cornermill::folder::{self, Manifest, Orient};
-use cornermill::verify::{At, Check, Limits, Verdict, least_memory, verify};
-use cornermill::{Error, Result};
-use naive_folder::{NONE, Parts, Soup, meshes, parts};
+use cornermill::folder::Orient;
+use cornermill::verify::{Limits, Verdict, least_memory, verify};
+use naive::{Parts, parts};
 use std::path::Path;
 use std::sync::Arc;
 

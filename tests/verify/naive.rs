@@ -1,8 +1,6 @@
 //! A mesh folder written as naively as possible, all in memory: what `verify` must accept,
 //! in parts that a test can change before they are sealed.
 
-pub mod meshes;
-
 use bytemuck::Zeroable;
 use cornermill::folder::{
     self, BLOCK, ComponentRow, Counts, EdgeRow, FileEntry, InputEntry, Manifest, Options, Orient,
