@@ -29,6 +29,7 @@ mod staging;
 
 pub use builder::{Builder, Index as IndexChoice, Prediction};
 pub use pipeline::{BuildReport, PassReport};
+pub use staging::parent;
 
 use self::chunks::Chunked;
 use self::plan::{MIN_SORT, Plan, Shape};

@@ -4,6 +4,7 @@
 //! 2 usage, 3 bad input, 4 I/O or disk full, 5 budget too small, 70 internal error.
 
 mod build;
+mod export;
 mod info;
 mod progress;
 mod size;
@@ -28,6 +29,8 @@ enum Command {
     Build(Box<build::BuildArgs>),
     /// Say what a mesh folder holds, from its manifest
     Info(info::InfoArgs),
+    /// Write a mesh folder, or chosen components of it, as PLY, STL, OBJ, OFF or .npy
+    Export(export::ExportArgs),
     /// Check a mesh folder fully and independently
     Verify(verify::VerifyArgs),
 }
@@ -54,6 +57,7 @@ pub fn run() -> ExitCode {
     };
     let done = match cli.command {
         Command::Build(args) => build::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Verify(args) => verify::run(&args),
     };

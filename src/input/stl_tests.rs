@@ -141,7 +141,7 @@ fn text_with_odd_layouts() {
     // A name beyond any buffer, with bytes that are no UTF-8.
     let mut long = b"solid ".to_vec();
     long.resize(3 << 20, 0xe9);
-    long.extend(text[first.len()..].as_bytes());
+    long.extend(&text.as_bytes()[first.len()..]);
     assert_eq!(read_both(&long), Ok(expected()));
     // A name padded with zeros, as some old programs do.
     let padded = text.replacen("solid s", "solid s\0\0\0\0", 1);

@@ -100,13 +100,13 @@ impl Frame {
     pub(super) fn measure(&self, tally: &mut Tally, points: [[f64; 3]; 3], seams: u8) {
         let mut finite = true;
         for p in points {
+            if !p.iter().all(|x| x.is_finite()) {
+                finite = false;
+                continue;
+            }
             for (axis, x) in p.into_iter().enumerate() {
-                if x.is_finite() {
-                    tally.min[axis] = tally.min[axis].min(x);
-                    tally.max[axis] = tally.max[axis].max(x);
-                } else {
-                    finite = false;
-                }
+                tally.min[axis] = tally.min[axis].min(x);
+                tally.max[axis] = tally.max[axis].max(x);
             }
         }
         if !finite {
