@@ -121,6 +121,7 @@ pub fn apply<I: Index, W: Index>(job: &Job, found: &Found<W>, tables: &Tables) -
                 let before = degenerate_before[chunk as usize];
                 thread.chunk(job, found, tables, chunk, first, before)?;
                 ws.progress.advance(job.chunk_range(chunk).1);
+                ws.progress.usage(ws.budget.used(), ws.scratch.used());
             }
             if thread.bits.iter().any(|&b| b != 0) {
                 tables.flipped.write(first / 8, &thread.bits)?;
@@ -339,6 +340,7 @@ pub fn fill<I: Index, W: Index>(
             let end = 3 * patches.range(bucket).end.min(job.shape.triangles);
             patches.sorted(bucket, sorter, &mut |batch| {
                 ws.progress.advance(batch.len() as u64);
+                ws.progress.usage(ws.budget.used(), ws.scratch.used());
                 for patch in batch {
                     let ((t, k), (across, l)) = (patch.at(), patch.to());
                     flips.load(t, job.shape.triangles)?;

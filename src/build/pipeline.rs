@@ -283,7 +283,7 @@ fn passes<I: Index, W: Index, X: Coord>(
         chosen: &chosen,
     };
     let patches: &crate::shuffle::Buckets<Patch<W>> = &seamed.patches;
-    let lists = clock.pass("finish", "triangles", t, || {
+    let lists = clock.pass("finish", "items", t + patches.records(), || {
         apply::<I, W>(job, &found, &tables)?;
         fill::<I, W>(job, &found, patches, &tables, counts.flipped_triangles > 0)?;
         list_cuts::<I, W>(job, &found, &chosen.cuts, counts.nonmanifold_edges)

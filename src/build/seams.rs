@@ -116,6 +116,7 @@ pub fn seams<W: Index>(
         |(sorter, thread), bucket| {
             edges.sorted(bucket, sorter, &mut |batch| {
                 ws.progress.advance(batch.len() as u64);
+                ws.progress.usage(ws.budget.used(), ws.scratch.used());
                 batch.iter().try_for_each(|corner| thread.take(corner))
             })?;
             // An edge never goes on in the next bucket: buckets part by lo.

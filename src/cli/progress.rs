@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Instant;
 
 /// `--progress`.
@@ -48,15 +48,15 @@ impl Progress for Notes {
     }
 }
 
-/// A bar for each pass with rate, time to go, memory and scratch in use.
+/// A bar for each pass with rate, time to go, memory and scratch in use. Passes may nest.
 #[derive(Default)]
 struct Bar {
-    bar: Mutex<Option<ProgressBar>>,
+    bars: Mutex<Vec<ProgressBar>>,
 }
 
 impl Bar {
     fn with(&self, run: impl FnOnce(&ProgressBar)) {
-        if let Some(bar) = &*self.bar.lock().unwrap_or_else(|e| e.into_inner()) {
+        if let Some(bar) = self.bars.lock().unwrap_or_else(|e| e.into_inner()).last() {
             run(bar);
         }
     }
@@ -79,7 +79,10 @@ impl Progress for Bar {
                 .with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
         };
         bar.set_prefix(pass);
-        *self.bar.lock().unwrap_or_else(|e| e.into_inner()) = Some(bar);
+        self.bars
+            .lock()
+            .unwrap_or_else(|e| e.into_inner())
+            .push(bar);
     }
 
     fn advance(&self, units: u64) {
@@ -93,7 +96,9 @@ impl Progress for Bar {
     }
 
     fn end(&self) {
-        self.with(|bar| bar.finish_and_clear());
+        if let Some(bar) = self.bars.lock().unwrap_or_else(|e| e.into_inner()).pop() {
+            bar.finish_and_clear();
+        }
     }
 
     fn note(&self, text: &str) {
@@ -101,101 +106,94 @@ impl Progress for Bar {
     }
 }
 
-/// Lines, for logs and for programs.
+/// Lines, for logs and for programs. Passes may nest.
 struct Lines {
     json: bool,
-    state: Mutex<State>,
-    done: AtomicU64,
+    open: Mutex<Vec<Open>>,
 }
 
-struct State {
+/// A pass that has begun.
+struct Open {
     pass: &'static str,
     unit: &'static str,
     total: u64,
+    done: AtomicU64,
     start: Instant,
     said: Instant,
 }
 
 impl Lines {
     fn new(json: bool) -> Self {
-        let now = Instant::now();
-        Lines {
-            json,
-            state: Mutex::new(State {
-                pass: "",
-                unit: "",
-                total: 0,
-                start: now,
-                said: now,
-            }),
-            done: AtomicU64::new(0),
-        }
+        let open = Mutex::default();
+        Lines { json, open }
     }
 
-    fn say(&self, event: &str, state: &State, memory: Option<(u64, u64)>) {
-        let done = self.done.load(Ordering::Relaxed);
-        let seconds = state.start.elapsed().as_secs_f64();
+    fn open(&self) -> MutexGuard<'_, Vec<Open>> {
+        self.open.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    fn say(&self, event: &str, at: &Open, memory: Option<(u64, u64)>) {
+        let done = at.done.load(Ordering::Relaxed);
+        let seconds = at.start.elapsed().as_secs_f64();
         let rate = if seconds > 0.0 {
             done as f64 / seconds
         } else {
             0.0
         };
         if self.json {
-            let eta =
-                (rate > 0.0 && state.total > done).then(|| (state.total - done) as f64 / rate);
+            let eta = (rate > 0.0 && at.total > done).then(|| (at.total - done) as f64 / rate);
             let line = serde_json::json!({
-                "event": event, "pass": state.pass, "unit": state.unit, "done": done,
-                "total": state.total, "seconds": seconds, "rate": rate, "eta": eta,
+                "event": event, "pass": at.pass, "unit": at.unit, "done": done,
+                "total": at.total, "seconds": seconds, "rate": rate, "eta": eta,
                 "memory": memory.map(|m| m.0), "scratch": memory.map(|m| m.1),
             });
             eprintln!("{line}");
         } else if event == "end" {
             eprintln!(
                 "cornermill: {} done, {done} {} in {seconds:.2} s",
-                state.pass, state.unit
+                at.pass, at.unit
             );
         } else {
-            eprintln!(
-                "cornermill: {} ({} {})",
-                state.pass, state.total, state.unit
-            );
+            eprintln!("cornermill: {} ({} {})", at.pass, at.total, at.unit);
         }
     }
 }
 
 impl Progress for Lines {
     fn begin(&self, pass: &'static str, unit: &'static str, total: u64) {
-        let mut state = self.state.lock().unwrap_or_else(|e| e.into_inner());
         let now = Instant::now();
-        *state = State {
+        let at = Open {
             pass,
             unit,
             total,
+            done: AtomicU64::new(0),
             start: now,
             said: now,
         };
-        self.done.store(0, Ordering::Relaxed);
-        self.say("begin", &state, None);
+        self.say("begin", &at, None);
+        self.open().push(at);
     }
 
     fn advance(&self, units: u64) {
-        self.done.fetch_add(units, Ordering::Relaxed);
+        if let Some(at) = self.open().last() {
+            at.done.fetch_add(units, Ordering::Relaxed);
+        }
     }
 
     fn usage(&self, memory: u64, scratch: u64) {
-        let mut state = self.state.lock().unwrap_or_else(|e| e.into_inner());
-        if self.json && state.said.elapsed().as_secs_f64() >= 0.5 {
-            state.said = Instant::now();
-            self.say("progress", &state, Some((memory, scratch)));
+        if let Some(at) = self.open().last_mut()
+            && self.json
+            && at.said.elapsed().as_secs_f64() >= 0.5
+        {
+            at.said = Instant::now();
+            self.say("progress", at, Some((memory, scratch)));
         }
     }
 
     fn end(&self) {
-        self.say(
-            "end",
-            &self.state.lock().unwrap_or_else(|e| e.into_inner()),
-            None,
-        );
+        if let Some(at) = self.open().pop() {
+            self.say("end", &at, None);
+        }
     }
 
     fn note(&self, text: &str) {
