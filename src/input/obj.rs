@@ -69,7 +69,7 @@ pub fn read(ws: &Workspace, reader: ByteReader, request: &Request) -> Result<Mes
     }
     if faces == 0 {
         let found = match (sink.vertices(), unused) {
-            (0, _) => "no statement `v` or `f`".to_owned(),
+            (0, _) => "no vertices and no faces: no statement `v` or `f`".to_owned(),
             (n, 0) => format!("a point cloud: {n} vertices without a face"),
             (n, m) => format!("{n} vertices, and {m} points, lines or curves, but no face"),
         };
@@ -113,7 +113,7 @@ fn face(lexer: &mut Lexer, sink: &mut MeshSink) -> Result<()> {
             Ok(v) => v,
             Err(expected) => {
                 let found = shown(word);
-                let help = "correct the index; they begin at 1, or at -1 for the vertex before";
+                let help = "correct the index, or the order of the statements";
                 return Err(lexer.error(expected, found, help));
             }
         };
@@ -129,7 +129,7 @@ fn corner(word: &[u8], vertices: u64) -> Result<u64, String> {
     let end = word.iter().position(|&b| b == b'/').unwrap_or(word.len());
     match parse_integer(&word[..end]) {
         Some(v) if v > 0 => Ok(v as u64 - 1),
-        Some(0) => Err("an index that is not 0".into()),
+        Some(0) => Err("an index from 1, or from -1 back".into()),
         Some(v) => vertices
             .checked_sub(v.unsigned_abs())
             .ok_or_else(|| format!("an index of one of the {vertices} vertices so far")),
@@ -239,8 +239,8 @@ mod tests {
     #[test]
     fn faces_that_cannot_be() {
         for (face, parts) in [
-            ("f 0 1 2", &["not 0", "`0`"][..]),
-            ("f 0/0/0 1 2", &["not 0"]),
+            ("f 0 1 2", &["from 1", "`0`"][..]),
+            ("f 0/0/0 1 2", &["from 1"]),
             ("f 1 2 -5", &["one of the 4 vertices", "`-5`"]),
             ("f 1 2 -9223372036854775808", &["one of the 4"]),
             ("f 1 2 9999999999999999999", &["a corner"]),

@@ -59,8 +59,14 @@ pub fn read(ws: &Workspace, reader: ByteReader, request: &Request) -> Result<Mes
     let (vertices, faces) = counts(&mut lexer)?;
     let mut sink = MeshSink::new(ws, request, &path, CoordKind::F4)?;
     for row in 0..vertices {
-        seek(&mut lexer, || format!("vertex {row} of {vertices}"))?;
-        vertex(&mut lexer, &mut sink, more)?;
+        let name = || format!("vertex {row} of {vertices}");
+        seek(&mut lexer, name)?;
+        vertex(&mut lexer, &mut sink)?;
+        if more {
+            lexer.next_line()?;
+        } else {
+            end_of_row(&mut lexer, name)?;
+        }
     }
     for row in 0..faces {
         seek(&mut lexer, || format!("face {row} of {faces}"))?;
@@ -114,37 +120,32 @@ fn counts(lexer: &mut Lexer) -> Result<(u64, u64)> {
     if !lexer.line_ended()? {
         lexer.count("the number of edges")?;
     }
-    end_of_row(lexer, "the counts")?;
+    end_of_row(lexer, || "the counts".into())?;
     Ok((vertices, faces))
 }
 
-fn end_of_row(lexer: &mut Lexer, what: &str) -> Result<()> {
+fn end_of_row(lexer: &mut Lexer, what: impl FnOnce() -> String) -> Result<()> {
     if lexer.line_ended()? {
         return Ok(());
     }
     let found = shown(lexer.word()?.unwrap_or_default());
-    let expected = format!("the end of the line after {what}");
-    let help = "correct the line; vertices with colours or normals need COFF, NOFF or STOFF";
+    let expected = format!("the end of the line after {}", what());
+    let help = "correct the line or the counts; vertices with colours or normals need COFF or NOFF";
     Err(lexer.error(expected, found, help))
 }
 
-fn vertex(lexer: &mut Lexer, sink: &mut MeshSink, more: bool) -> Result<()> {
+fn vertex(lexer: &mut Lexer, sink: &mut MeshSink) -> Result<()> {
     let what = "a coordinate of the vertex";
     match sink.kind() {
         CoordKind::F4 => {
             let at = [lexer.f4(what)?, lexer.f4(what)?, lexer.f4(what)?];
-            sink.vertex4(at)?;
+            sink.vertex4(at)
         }
         CoordKind::F8 => {
             let at = [lexer.f8(what)?, lexer.f8(what)?, lexer.f8(what)?];
-            sink.vertex8(at)?;
+            sink.vertex8(at)
         }
     }
-    if more {
-        lexer.next_line()?;
-        return Ok(());
-    }
-    end_of_row(lexer, "three coordinates")
 }
 
 fn face(lexer: &mut Lexer, sink: &mut MeshSink) -> Result<()> {
@@ -235,7 +236,7 @@ mod tests {
             (
                 "5 5 8",
                 "353535235358 5 8",
-                &["line 8", "the end of the line", "`2`"],
+                &["line 8", "vertex 5 of 353535235358", "`2`"],
             ),
             ("5 5 8", "5 6 8", &["face 5 of 6", "the end of the input"]),
             ("5 5 8", "5 4 8", &["line 12", "the end of the file", "`3`"]),

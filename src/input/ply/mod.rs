@@ -158,10 +158,16 @@ fn refuse_no_surface(path: &Path, elements: &[Element]) -> Result<()> {
         0 => "no element at all".to_owned(),
         _ => names.join(", "),
     };
+    let faces = has("face") || has("tristrips");
     if !has("vertex") {
-        return bad(&format!("no vertices ({listed})"), "");
+        let what = if faces {
+            "no vertices"
+        } else {
+            "no vertices and no faces"
+        };
+        return bad(&format!("{what} ({listed})"), "");
     }
-    if !has("face") && !has("tristrips") {
+    if !faces {
         return bad(
             &format!("a point cloud: vertices without faces ({listed})"),
             "make a surface of it first (Poisson or ball pivoting, for example)",

@@ -143,7 +143,7 @@ fn what_is_no_surface_or_no_header() {
     refused(
         read,
         &head(&["element point 1\nproperty int x"]),
-        &["no vertices", "point: 1"],
+        &["no vertices and no faces", "point: 1"],
     );
     refused(read, &head(&[]), &["no element at all"]);
     let faces = format!("element face 0\n{FACES}");
