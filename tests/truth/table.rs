@@ -14,7 +14,7 @@ pub enum End {
 use End::{Empty, Reads, Refused};
 
 /// A message about a file without faces says so, or what the file is instead.
-const NO_FACES: End = Refused(&["no face", "point cloud", "no triangle", "without face"]);
+const NO_FACES: End = Refused(&["no face", "point cloud", "no triangle", "expected a mesh"]);
 /// A format that the program does not read.
 const UNKNOWN: End = Refused(&["format"]);
 const EMPTY_FILE: End = Refused(&["empty", "0 bytes"]);
@@ -31,10 +31,11 @@ pub const TABLE: &[(&str, End)] = &[
     ("geometrycentral_MIT/moebius.obj", Reads),
     ("geometrycentral_MIT/triple_vierbein.obj", Reads),
     ("hostile_assimp_BSD3/2CylinderEngine.glb", UNKNOWN),
-    // Claims 353 billion vertices in 309 bytes: refused by what is there, without reserving for it.
+    // Claims 353 billion vertices in 309 bytes: refused without reserving for them, either for the
+    // claim itself, or where the eighth vertex is followed by a face.
     (
         "hostile_assimp_BSD3/OutOfMemory.off",
-        Refused(&["353535235358"]),
+        Refused(&["353535235358", "line 11"]),
     ),
     ("hostile_assimp_BSD3/box.obj", Reads),
     // OBJ is ASCII; decoding UTF-16 would be guessing, so the message must name the encoding.
@@ -135,7 +136,7 @@ pub const TABLE: &[(&str, End)] = &[
     // OBJ counts from 1: 0 is refused, not taken for the first.
     (
         "hostile_tinyobj_MIT/issue-140-zero-face-idx.obj",
-        Refused(&["index 0", "0 ", "from 1"]),
+        Refused(&["from 1", "at 1"]),
     ),
     ("hostile_tinyobj_MIT/issue-161-inconsistent-f.obj", Reads),
     ("hostile_tinyobj_MIT/issue-162-smoothing-group.obj", Reads),
@@ -186,9 +187,9 @@ pub const TABLE: &[(&str, End)] = &[
     // Faces name normals that are commented out; normals are skipped, and so are their indices.
     ("hostile_tinyobj_MIT/smoothing-group-two-squares.obj", Reads),
     ("hostile_tinyobj_MIT/smoothing-normal.obj", Reads),
-    // `nan` and `inf` are coordinates, if odd ones. `1.#IND` is how one C library of the past
-    // printed NaN: no number by the format, so refused with its line rather than guessed.
-    ("hostile_tinyobj_MIT/test-nan.obj", Refused(&["1.#IND"])),
+    // `nan` and `inf` are coordinates, if odd ones, and so are `1.#IND` and `1.#INF`, by which one
+    // C library of the past printed them: they cannot mean anything else, and are counted.
+    ("hostile_tinyobj_MIT/test-nan.obj", Reads),
     (
         "hostile_tinyobj_MIT/texture-filename-with-whitespace.obj",
         Reads,
