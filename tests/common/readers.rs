@@ -28,20 +28,9 @@ fn fan(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
     triangles.extend(corners.windows(2).skip(1).map(|w| [corners[0], w[0], w[1]]));
 }
 
-/// A coordinate; also as one C library of the past printed what is not finite.
-fn coordinate(word: &str) -> f32 {
-    match word.trim_start_matches('-') {
-        "1.#INF" if word.starts_with('-') => f32::NEG_INFINITY,
-        "1.#INF" => f32::INFINITY,
-        "1.#IND" => f32::NAN,
-        _ => word
-            .parse()
-            .unwrap_or_else(|e| panic!("coordinate {word}: {e}")),
-    }
-}
-
 fn point<'a>(mut words: impl Iterator<Item = &'a str>) -> [f32; 3] {
-    [0; 3].map(|_| coordinate(words.next().expect("three coordinates")))
+    let mut coordinate = || words.next().and_then(|w| w.parse().ok());
+    [0; 3].map(|_| coordinate().expect("three coordinates"))
 }
 
 fn obj(text: &str) -> Mesh {

@@ -187,9 +187,9 @@ pub const TABLE: &[(&str, End)] = &[
     // Faces name normals that are commented out; normals are skipped, and so are their indices.
     ("hostile_tinyobj_MIT/smoothing-group-two-squares.obj", Reads),
     ("hostile_tinyobj_MIT/smoothing-normal.obj", Reads),
-    // `nan` and `inf` are coordinates, if odd ones, and so are `1.#IND` and `1.#INF`, by which one
-    // C library of the past printed them: they cannot mean anything else, and are counted.
-    ("hostile_tinyobj_MIT/test-nan.obj", Reads),
+    // `nan` and `inf` are coordinates, if odd ones. `1.#IND` is how one C library of the past
+    // printed NaN: no number by the format, so refused with its line rather than guessed.
+    ("hostile_tinyobj_MIT/test-nan.obj", Refused(&["1.#IND"])),
     (
         "hostile_tinyobj_MIT/texture-filename-with-whitespace.obj",
         Reads,
