@@ -102,7 +102,7 @@ fn budgets_do_not_show() {
         let bench = Bench::new(&mesh);
         let expected = files(&bench.build("expected.ct", &["--memory", "512MiB"]));
         for threads in ["1", "2", "5"] {
-            let least = bench.least(&["--threads", threads]);
+            let least = bench.small_budget(&["--threads", threads]);
             for memory in [&least, "16MiB", "64MiB", "1GiB"] {
                 let (least, budget) = (bytes_of(&least), bytes_of(memory));
                 if budget >= least {
@@ -127,7 +127,7 @@ fn the_least_budget_is_accepted_and_less_is_refused() {
         "7",
     ];
     for options in [&["--threads", "1"][..], &["--threads", "5"], &small_chunks] {
-        let least = bench.least(options);
+        let least = bench.named_least(options, "1KiB");
         bench.build("least.ct", &[options, &["--memory", &least]].concat());
         let less = format!("{}KiB", bytes_of(&least) * 3 / 4 / 1024);
         let options = [options, &["--memory", &less]].concat();

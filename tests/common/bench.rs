@@ -83,19 +83,38 @@ impl Bench {
         self.path(name)
     }
 
-    /// The least budget that the program says it would accept with these options.
-    pub fn least(&self, options: &[&str]) -> String {
-        let options = [options, &["--memory", "1KiB"]].concat();
+    /// The least budget that the program says it would accept, when offered `memory`.
+    pub fn named_least(&self, options: &[&str], memory: &str) -> String {
+        let options = [options, &["--memory", memory]].concat();
         let refusal = cornermill(self.args("refused.ct", &options)).expect(5);
         assert!(
             !self.path("refused.ct").exists(),
             "a refusal leaves a folder"
         );
-        let sizes = sizes_in(&refusal.stderr).into_iter().filter(|s| s.0 > 1024);
-        let least = sizes
-            .max()
-            .unwrap_or_else(|| panic!("no size in the refusal: {refusal}"));
-        least.1
+        let sizes = sizes_in(&refusal.stderr).into_iter();
+        let least = sizes.filter(|s| s.0 > bytes_of(memory)).max();
+        least
+            .unwrap_or_else(|| panic!("no larger size in the refusal: {refusal}"))
+            .1
+    }
+
+    /// A budget that is accepted, and hardly less would do: what a refusal names, or a tenth more
+    /// as long as that is refused too.
+    pub fn small_budget(&self, options: &[&str]) -> String {
+        let mut memory = self.named_least(options, "1KiB");
+        for _ in 0..200 {
+            let tried = [options, &["--memory", &memory]].concat();
+            if cornermill(self.args("refused.ct", &tried)).code == 0 {
+                std::fs::remove_dir_all(self.path("refused.ct")).expect("the folder goes");
+                return memory;
+            }
+            let named = bytes_of(&self.named_least(options, &memory));
+            memory = format!(
+                "{}KiB",
+                named.max(bytes_of(&memory) * 11 / 10).div_ceil(1024)
+            );
+        }
+        panic!("no budget is accepted, not even {memory}");
     }
 }
 

@@ -209,7 +209,7 @@ fn a_welded_mesh_is_the_same_for_every_budget() {
     let bench = Bench::new(&soup);
     let expected = files(&bench.build("expected.ct", &["--weld"]));
     for threads in ["1", "5"] {
-        let least = bench.least(&["--weld", "--threads", threads]);
+        let least = bench.small_budget(&["--weld", "--threads", threads]);
         let options = ["--weld", "--threads", threads, "--memory", &least];
         let found = files(&bench.build("found.ct", &options));
         assert_same_files(&found, &expected, &format!("{options:?}"));
