@@ -1,7 +1,9 @@
 //! Entries of V, O and the labels that are at odds with the rest.
 
 use crate::breaks::{broken, hinge, notice, pair, strip, torus};
-use crate::naive::{NONE, Parts};
+use crate::naive::{NONE, Parts, parts};
+use crate::{meshes, said, verdict_of};
+use cornermill::folder::Orient;
 use cornermill::verify::{At, Check};
 
 #[test]
@@ -191,4 +193,34 @@ fn one_label(p: &mut Parts) {
     p.counts.components = 1;
     p.counts.closed_components = 1;
     p.counts.watertight_components = 1;
+}
+
+/// Whatever entry of O, the labels and the lists is changed, and to whatever id.
+#[test]
+fn notices_any_single_change() {
+    for seed in 1..150 {
+        let mut random = meshes::generator(seed);
+        let triangles = 5 + random(40) as usize;
+        let vertices = 4 + random(30);
+        let mut parts = parts(&meshes::random(seed, triangles, vertices), Orient::Outward);
+        parts.wide = seed % 2 == 0;
+        let most = 3 * triangles as u64 + 2;
+        let value = match random(most) {
+            id if id + 1 == most => NONE,
+            id => id,
+        };
+        let arrays = [
+            &mut parts.o,
+            &mut parts.label,
+            &mut parts.degenerate,
+            &mut parts.corners,
+        ];
+        let mut arrays: Vec<_> = arrays.into_iter().filter(|a| !a.is_empty()).collect();
+        let which = random(arrays.len() as u64) as usize;
+        let place = random(arrays[which].len() as u64) as usize;
+        let same = arrays[which][place] == value;
+        arrays[which][place] = value;
+        let verdict = verdict_of(&parts);
+        assert_eq!(verdict.ok(), same, "seed {seed}: {}", said(&verdict));
+    }
 }
