@@ -100,20 +100,9 @@ impl Component<'_> {
         self.tally.border + self.tally.cut == 0
     }
 
-    /// Watertight by its edges. Whether cut edges cancel is told by the final orientation;
-    /// where `keep` left an orientable component inconsistent that says nothing, and the row
-    /// is believed.
+    /// Watertight by its edges: no border, and cut edges cancel in the final orientation.
     fn tight(&self) -> bool {
-        if self.closed() {
-            return true;
-        }
-        if self.tally.border > 0 {
-            return false;
-        }
-        if self.orientable() && self.tally.disagree > 0 {
-            return self.row.watertight == 1;
-        }
-        self.tally.uneven == 0
+        self.tally.border == 0 && self.tally.uneven == 0
     }
 
     /// Labels are numbered by first triangle, and one label is one piece.

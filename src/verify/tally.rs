@@ -70,7 +70,7 @@ pub(super) struct Tally {
     pub(super) area: Sum,
     pub(super) sides: Sum,
     pub(super) seams: Sum,
-    /// Smallest and largest finite coordinates, as in the file.
+    /// Smallest and largest coordinates of its finite vertices, as in the file.
     pub(super) min: [f64; 3],
     pub(super) max: [f64; 3],
     /// Pieces that connectivity found, the largest of their first triangles, and how many

@@ -291,7 +291,8 @@ fn component(
             _ => {
                 row.cut_edges += own.len() as u64;
                 let up = own.iter().filter(|(c, up)| {
-                    let turned = piece.orientable && side[(c / 3) as usize];
+                    let turned =
+                        piece.orientable && orient != Orient::Keep && side[(c / 3) as usize];
                     up ^ turned
                 });
                 cancels &= 2 * up.count() == own.len();
@@ -323,7 +324,7 @@ fn component(
     for &(t, _) in &piece.triangles {
         for p in soup.v[t].iter().filter_map(|&v| g?.get(v as usize)) {
             for axis in 0..3 {
-                if p[axis].is_finite() {
+                if p.iter().all(|x| x.is_finite()) {
                     min[axis] = min[axis].min(p[axis]);
                     max[axis] = max[axis].max(p[axis]);
                 }
