@@ -312,4 +312,33 @@ mod tests {
         };
         usage("a", b"", npy, "standard input");
     }
+
+    /// Every byte changed to what hurts most: any end is right that is no panic.
+    #[test]
+    fn damage_at_every_byte_never_panics() {
+        let binary = b"ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty char x\n\
+            property char y\nproperty double z\nelement face 1\n\
+            property list uchar int vertex_index\nproperty list char char l\nend_header\n\
+            ab12345678\x04\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x01x";
+        let stl = b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+            vertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+        let dir = tempfile::tempdir().unwrap();
+        let ws = testing::workspace(dir.path(), 4 << 20);
+        let path = dir.path().join("mesh");
+        for data in [&binary[..], PLY, OBJ, OFF, stl] {
+            let request = testing::request(dir.path(), &path);
+            std::fs::write(&path, data).unwrap();
+            open(&ws, &request).unwrap();
+            for at in 0..data.len() {
+                for byte in *b"\xff-9\n\\" {
+                    let mut data = data.to_vec();
+                    data[at] = byte;
+                    std::fs::write(&path, &data).unwrap();
+                    std::fs::remove_file(&request.g_path).ok();
+                    open(&ws, &request).ok();
+                }
+            }
+        }
+        assert_eq!((ws.budget.used(), ws.scratch.used()), (0, 0));
+    }
 }
