@@ -12,6 +12,10 @@
 //! Memory: two buffers of 1 MiB (less when the budget is tight). I/O: V and G written once; a
 //! mesh that outgrows 4 bytes reads and writes its V once more.
 
+#[path = "sink_faces.rs"]
+mod faces;
+
+use self::faces::Fan;
 use super::reader::lease_buffer;
 use super::{CoordArray, CoordKind, Endian, IndexArray, IndexKind, Mesh, Request, Source};
 use crate::disk::{DataFile, Lease, ScratchFile, Workspace};
@@ -47,14 +51,6 @@ pub struct MeshSink {
     polygons_fanned: u64,
     fan: Fan,
     _leases: [Lease; 2],
-}
-
-/// The face that is being streamed.
-#[derive(Clone, Copy, Debug, Default)]
-struct Fan {
-    first: u64,
-    last: u64,
-    corners: u64,
 }
 
 impl MeshSink {
@@ -306,57 +302,6 @@ impl MeshSink {
             end = begin;
         }
         Ok(())
-    }
-
-    /// Begins a face of any number of corners, to be given one by one.
-    #[inline]
-    pub fn begin_face(&mut self) {
-        self.fan = Fan::default();
-    }
-
-    /// The next corner of the face that was begun; from the third on each makes a triangle.
-    ///
-    /// # Errors
-    /// [`Error::Io`], [`Error::DiskLimit`].
-    #[inline]
-    pub fn corner(&mut self, v: u64) -> Result<()> {
-        let Fan {
-            first,
-            last,
-            corners,
-        } = self.fan;
-        self.fan = Fan {
-            first: if corners == 0 { v } else { first },
-            last: v,
-            corners: corners + 1,
-        };
-        if corners >= 2 {
-            self.triangle([first, last, v])?;
-        }
-        Ok(())
-    }
-
-    /// Ends the face and returns its number of corners.
-    ///
-    /// # Errors
-    /// [`Error::Input`] for fewer than three; `at` says where the face is.
-    #[inline]
-    pub fn end_face(&mut self, at: impl FnOnce() -> String) -> Result<u64> {
-        let corners = self.fan.corners;
-        if corners < 3 {
-            return Err(Error::input(
-                &self.path,
-                at(),
-                "a face of at least 3 corners",
-                match corners {
-                    1 => "1 corner".into(),
-                    n => format!("{n} corners"),
-                },
-                "remove the face; Cornermill drops none on its own",
-            ));
-        }
-        self.polygons_fanned += u64::from(corners > 3);
-        Ok(corners)
     }
 
     /// The error of the first index that names no vertex.

@@ -19,6 +19,7 @@
 
 mod ascii;
 mod binary;
+mod gather;
 mod header;
 #[cfg(test)]
 mod tests;
