@@ -271,17 +271,17 @@ fn arrays_of_another_shape_or_type_are_refused() {
     );
 }
 
+/// Many writers of scans declare faces and have none.
+#[test]
+fn vertices_with_an_empty_face_element_are_a_point_cloud() {
+    let cloud = format!("element vertex 2\n{XYZ}element face 0\n{LIST}");
+    let cloud = ply("ascii", &cloud, b"0 0 0\n1 1 1\n");
+    Place::new().refuse("cloud.ply", &cloud, &[], &["point cloud"]);
+}
+
 #[test]
 fn what_is_no_mesh_is_called_by_its_name() {
     let place = Place::new();
-    let cloud = format!("element vertex 2\n{XYZ}element face 0\n{LIST}");
-    let points = b"0 0 0\n1 1 1\n";
-    place.refuse(
-        "cloud.ply",
-        &ply("ascii", &cloud, points),
-        &[],
-        &["point cloud"],
-    );
     let grid = "element range_grid 2\nproperty list uchar int vertex_indices\n";
     let grid = format!("obj_info num_cols 2\nobj_info num_rows 1\nelement vertex 2\n{XYZ}{grid}");
     let body = b"0 0 0\n1 1 1\n1 0\n1 1\n";
