@@ -127,7 +127,13 @@ fn the_least_budget_is_accepted_and_less_is_refused() {
         "7",
     ];
     for options in [&["--threads", "1"][..], &["--threads", "5"], &small_chunks] {
-        let least = bench.named_least(options, "1KiB");
+        // The least for any mesh is named at once; the least for the labels of this one's
+        // local components once they are counted, and no third time.
+        let mut least = bench.named_least(options, "1KiB");
+        let first = [options, &["--memory", &least]].concat();
+        if cornermill(bench.args("refused.ct", &first)).code != 0 {
+            least = bench.named_least(options, &least);
+        }
         bench.build("least.ct", &[options, &["--memory", &least]].concat());
         let less = format!("{}KiB", bytes_of(&least) * 3 / 4 / 1024);
         let options = [options, &["--memory", &less]].concat();

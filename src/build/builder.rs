@@ -1,7 +1,7 @@
 //! The builder: the same options as the command line, and the one call that runs a build.
 
 use super::pipeline::{BuildReport, Clock, Wishes, run};
-use super::plan::{Plan, Shape};
+use super::plan::{Plan, Shape, check_least};
 use super::staging::{Staging, parent};
 use crate::disk::{Budget, Counters, NoProgress, Progress, Scratch, Workers, Workspace};
 use crate::error::{Error, Result};
@@ -197,6 +197,7 @@ impl Builder {
     /// file that is not what its format demands, [`Error::Budget`] with the least budget that
     /// would do, [`Error::DiskLimit`], [`Error::Io`].
     pub fn build(&self, output: &Path) -> Result<BuildReport> {
+        check_least(self.memory, self.threads.max(1) as u64)?;
         let staging = Staging::new(output, self.force)?;
         let ws = self.workspace(output)?;
         let mut request = self.request.clone();

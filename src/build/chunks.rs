@@ -73,7 +73,7 @@ pub struct Chunked {
     pub flips: ScratchFile,
     /// Totals.
     pub settled: Settled,
-    _lease: Lease,
+    lease: Lease,
 }
 
 /// The shuffles and files that chunks write to.
@@ -174,8 +174,15 @@ pub fn chunks<I: Index, W: Index, X: Coord>(
         measures,
         flips,
         settled: settled.into_inner().unwrap_or_else(|e| e.into_inner()),
-        _lease: lease,
+        lease,
     })
+}
+
+impl Chunked {
+    /// Bytes of the table of chunks.
+    pub fn table_bytes(&self) -> u64 {
+        self.lease.bytes()
+    }
 }
 
 impl Settled {

@@ -150,7 +150,11 @@ pub fn measure_deferred<I: Index, W: Index, X: Coord>(
     let plan = d.job.shuffle_plan(size_of::<Ask>(), corners);
     let asks = Shuffle::<Ask>::new(ws, "questions for coordinates", 0..g.vertices.max(1), plan)?;
     {
-        let _lease = d.job.chunk_lease("chunks measured again")?;
+        let (plan, shape) = (&d.job.plan, &d.job.shape);
+        let labels = plan.chunk.min(shape.triangles) * ChunkLabels::<I>::BYTES;
+        let again = (plan.again.min(plan.chunk) + 64) * shape.again_bytes();
+        let bytes = ws.workers.count() as u64 * (labels + again);
+        let _lease = ws.budget.lease("chunks measured again", bytes)?;
         ws.workers.run(
             chunks.len() as u64,
             || Near::<I, X>::new(d, g, &asks),
@@ -211,9 +215,27 @@ impl<'a, I: Index, X: Coord> Near<'a, I, X> {
     }
 
     fn chunk<W: Index>(&mut self, d: &Deferred<W>, chunk: u64) -> Result<()> {
-        let (first, count) = d.job.chunk_range(chunk);
+        let (start, count) = d.job.chunk_range(chunk);
         self.labels.load(d.job, d.chunked, d.component, chunk)?;
         let base = d.chunked.base[chunk as usize];
+        let step = d.job.plan.again;
+        (0..count).step_by(step as usize).try_for_each(|from| {
+            let some = step.min(count - from);
+            self.part(d, base, start, from, some)
+        })
+    }
+
+    /// Measures `count` triangles of a chunk that begins with triangle `start`, from its
+    /// triangle `from`.
+    fn part<W: Index>(
+        &mut self,
+        d: &Deferred<W>,
+        base: u64,
+        start: u64,
+        from: u64,
+        count: u64,
+    ) -> Result<()> {
+        let first = start + from;
         let v = self.reader.read(first, count)?;
         self.ids.assign(v);
         let near = match self.ids.window() {
@@ -225,7 +247,7 @@ impl<'a, I: Index, X: Coord> Near<'a, I, X> {
             .0
             .iter()
             .zip(self.ids.local().as_chunks::<3>().0);
-        for (i, (row, local)) in rows.enumerate() {
+        for (i, (row, local)) in (from as usize..).zip(rows) {
             let label = self.labels.labels[i];
             if label == I::NONE {
                 continue;
@@ -239,7 +261,7 @@ impl<'a, I: Index, X: Coord> Near<'a, I, X> {
                     .measure
                     .add(d.grid, corners, flipped);
             } else {
-                let triangle = first + i as u64;
+                let triangle = start + i as u64;
                 for (k, v) in row.iter().enumerate() {
                     self.asks.push(Ask([v.wide(), triangle << 2 | k as u64]))?;
                 }

@@ -245,6 +245,7 @@ fn passes<I: Index, W: Index, X: Coord>(
         chunks::<I, W, X>(job, &seam_bits, &grid, &sinks)
     })?;
     drop(seam_bits);
+    check_labels::<W>(job, &chunked)?;
     let spilled = chunked.settled.spilled;
     let seamed = clock.pass("seams", "corners", spilled, || {
         seams(job, &chunked, &edges.finish()?, &cuts)
@@ -305,6 +306,27 @@ fn passes<I: Index, W: Index, X: Coord>(
         seam_corners: spilled,
         local_components,
     })
+}
+
+/// Refuses, now that the number of local components is known, a budget that is too small for
+/// their labels.
+fn check_labels<W: Index>(job: &Job, chunked: &Chunked) -> Result<()> {
+    let nodes = *chunked.base.last().unwrap_or(&0);
+    let budget = &job.ws.budget;
+    let width = W::BYTES as u64;
+    let need = job
+        .shape
+        .least_after_chunks(&job.plan, nodes, width, chunked.table_bytes());
+    let have = budget.limit();
+    if need > have {
+        return Err(Error::Budget {
+            what: format!("the labels of {nodes} local components"),
+            // A quarter more than what is short: the other parts grow with the budget.
+            need: need + (need - have) / 4,
+            have,
+        });
+    }
+    Ok(())
 }
 
 /// The counts of edges and vertices, known before the components are.

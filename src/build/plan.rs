@@ -38,12 +38,62 @@ pub struct Shape {
 pub struct Plan {
     /// Triangles of a chunk.
     pub chunk: u64,
+    /// Triangles that are measured again at a time, where a chunk did not measure its own.
+    pub again: u64,
     /// Bits in each of the scan's two arrays.
     pub bits: u64,
     /// Memory of one writer of seam records, in bytes.
     pub writer: u64,
     /// Buckets when the user (a test) wants a number of them.
     pub buckets: Option<usize>,
+}
+
+/// What a writer of a shuffle keeps in memory at most when it wrote nothing.
+const KEPT: u64 = 256 << 10;
+/// One part in so many of the budget is left for what shuffles note of the parts that they
+/// wrote, and for blocks of records in passing.
+const SLACK: u64 = 8;
+
+fn with_slack(bytes: u64) -> u64 {
+    bytes.div_ceil(SLACK - 1) * SLACK + (64 << 10)
+}
+
+/// The least budget for any mesh on so many threads, but for its local components: a chunk of
+/// the least size, the widest types, a few bits, the least sorters and writers.
+pub fn least(threads: u64) -> u64 {
+    let widest = Shape {
+        triangles: 1 << 40,
+        vertices: 1 << 40,
+        index: 8,
+        coord: 8,
+        threads,
+    };
+    let plan = Plan {
+        chunk: MIN_CHUNK,
+        again: MIN_CHUNK,
+        bits: 1 << 16,
+        writer: MIN_WRITER,
+        buckets: None,
+    };
+    // The seam pass sorts, and writes three kinds of records, on every thread.
+    let seams = threads * (MIN_SORT + 8 * MIN_WRITER);
+    with_slack(widest.pass_bytes(&plan).max(seams))
+}
+
+/// Refuses a budget below the least for any mesh.
+///
+/// # Errors
+/// [`Error::Budget`].
+pub fn check_least(memory: u64, threads: u64) -> Result<()> {
+    let need = least(threads);
+    if memory < need {
+        return Err(Error::Budget {
+            what: format!("a build on {threads} threads"),
+            need,
+            have: memory,
+        });
+    }
+    Ok(())
 }
 
 impl Shape {
@@ -60,23 +110,34 @@ impl Shape {
         reader + ids + pairs + swirl + counts + out + if self.coord > 0 { positions } else { 0 }
     }
 
+    /// Bytes for each triangle that is measured again at a time: reader, ids, coordinates.
+    pub fn again_bytes(&self) -> u64 {
+        let reader = 24 + 3 * self.index;
+        let ids = 12 + TABLE_BYTES;
+        reader + ids + NARROW_SPAN * (24 + 3 * self.coord)
+    }
+
     /// Bytes of the chunk pass: scratch of all threads, writers of two shuffles, the bits.
     fn pass_bytes(&self, plan: &Plan) -> u64 {
         let thread = (plan.chunk + 64) * self.chunk_bytes() + 2 * plan.writer;
         self.threads * thread + plan.bits / 4
     }
 
-    /// The least budget that the passes up to the seams accept.
+    /// The least budget with which every mesh gets as far as its local components.
     pub fn least(&self) -> u64 {
-        let plan = Plan {
-            chunk: MIN_CHUNK,
-            bits: self.bits_within(1 << 16),
-            writer: MIN_WRITER,
-            buckets: None,
-        };
-        // The seam pass sorts, and writes three kinds of records, on every thread.
-        let seams = self.threads * (MIN_SORT + 8 * MIN_WRITER);
-        self.pass_bytes(&plan).max(seams) + (64 << 10)
+        least(self.threads)
+    }
+
+    /// The least budget for what comes after the chunk pass: a label and bits for each of
+    /// `nodes` local components of `width` bytes, a chunk's labels and coordinates once more,
+    /// sorters and writers; `table` bytes are the table of chunks. What the writers of two
+    /// shuffles may keep in memory is counted whether or not they do.
+    pub fn least_after_chunks(&self, plan: &Plan, nodes: u64, width: u64, table: u64) -> u64 {
+        let held = table + 2 * self.threads * plan.writer.min(KEPT);
+        let labels = nodes * width + nodes / 2;
+        let again = plan.again * self.again_bytes() + plan.chunk * (self.index + 1);
+        let thread = again + MIN_SORT + 6 * MIN_WRITER;
+        held + labels + with_slack(self.threads * thread)
     }
 
     /// The number of bits for N ids that fits `limit` bits: one each, or a power of two.
@@ -101,19 +162,12 @@ impl Plan {
         chunk: Option<u64>,
         buckets: Option<usize>,
     ) -> Result<Plan> {
-        let least = shape.least();
-        if memory < least {
-            return Err(Error::Budget {
-                what: format!(
-                    "{} triangles and {} vertices on {} threads",
-                    shape.triangles, shape.vertices, shape.threads
-                ),
-                need: least,
-                have: memory,
-            });
-        }
+        check_least(memory, shape.threads)?;
+        // The rest is slack for what shuffles note of what they wrote.
+        let memory = memory / SLACK * (SLACK - 1);
         let mut plan = Plan {
             chunk: chunk.unwrap_or(MIN_CHUNK),
+            again: (memory / 64 / shape.threads / shape.again_bytes()).max(MIN_CHUNK),
             // Two arrays, an eighth of the budget each: memory / 8 bytes are memory bits.
             bits: shape.bits_within(memory),
             writer: (memory / 16 / shape.threads).max(MIN_WRITER),
@@ -159,7 +213,7 @@ mod tests {
                     threads,
                 };
                 let least = shape.least();
-                assert!(least < 16 << 20, "{shape:?}: {least}");
+                assert!(least < threads * (2 << 20), "{shape:?}: {least}");
                 assert!(Plan::new(&shape, least - 1, None, None).is_err());
                 for memory in [least, least + 1, 32 << 20, 64 << 20, 512 << 20, 8 << 30] {
                     let plan = Plan::new(&shape, memory.max(least), None, None).unwrap();

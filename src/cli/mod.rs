@@ -13,6 +13,7 @@ mod work;
 
 use crate::error::{Error, Result};
 use clap::{Parser, Subcommand};
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Turns a triangle mesh larger than memory into a verified corner table on disk.
@@ -65,7 +66,8 @@ pub fn run() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Err(e) => {
-            eprintln!("cornermill: {e}");
+            // Where even stderr cannot be written, the exit code still tells.
+            let _ = writeln!(std::io::stderr(), "cornermill: {e}");
             ExitCode::from(code_of(&e))
         }
     }
@@ -84,7 +86,6 @@ fn code_of(error: &Error) -> u8 {
 
 /// Writes a report to stdout; a reader that went away is no error.
 fn print(text: &str) -> Result<()> {
-    use std::io::Write;
     match std::io::stdout().lock().write_all(text.as_bytes()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io(
             std::path::Path::new("standard output"),

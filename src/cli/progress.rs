@@ -4,10 +4,17 @@ use super::size::show;
 use crate::disk::{NoProgress, Progress};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Instant;
+
+/// A line on stderr; where that cannot be written, progress is silent.
+macro_rules! say {
+    ($($arg:tt)*) => {{
+        let _ = writeln!(std::io::stderr(), $($arg)*);
+    }};
+}
 
 /// `--progress`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -44,7 +51,7 @@ impl Progress for Notes {
     fn usage(&self, _: u64, _: u64) {}
     fn end(&self) {}
     fn note(&self, text: &str) {
-        eprintln!("cornermill: note: {text}");
+        say!("cornermill: note: {text}");
     }
 }
 
@@ -147,14 +154,15 @@ impl Lines {
                 "total": at.total, "seconds": seconds, "rate": rate, "eta": eta,
                 "memory": memory.map(|m| m.0), "scratch": memory.map(|m| m.1),
             });
-            eprintln!("{line}");
+            say!("{line}");
         } else if event == "end" {
-            eprintln!(
+            say!(
                 "cornermill: {} done, {done} {} in {seconds:.2} s",
-                at.pass, at.unit
+                at.pass,
+                at.unit
             );
         } else {
-            eprintln!("cornermill: {} ({} {})", at.pass, at.total, at.unit);
+            say!("cornermill: {} ({} {})", at.pass, at.total, at.unit);
         }
     }
 }
@@ -198,9 +206,9 @@ impl Progress for Lines {
 
     fn note(&self, text: &str) {
         if self.json {
-            eprintln!("{}", serde_json::json!({"event": "note", "text": text}));
+            say!("{}", serde_json::json!({"event": "note", "text": text}));
         } else {
-            eprintln!("cornermill: note: {text}");
+            say!("cornermill: note: {text}");
         }
     }
 }

@@ -117,8 +117,13 @@ impl ScratchFile {
     pub fn write_at(&self, buf: &[u8], at: u64) -> Result<()> {
         let end = at + buf.len() as u64;
         let before = self.len.fetch_max(end, Ordering::Relaxed);
-        if end > before {
-            self.scratch.grow(end - before)?;
+        if end > before
+            && let Err(e) = self.scratch.grow(end - before)
+        {
+            // What was refused must not be given back on drop. (A build stops here, so no
+            // other writer's growth is lost that still matters.)
+            self.len.fetch_min(before, Ordering::Relaxed);
+            return Err(e);
         }
         self.data.write_at(buf, at)
     }
@@ -178,6 +183,7 @@ mod tests {
         let mut back = [0; 8];
         file.read_at(&mut back, 0).unwrap();
         assert_eq!(&back, b"abcdefgh");
+        assert!(file.write_at(b"xyz", 8).is_err());
         drop(file);
         assert_eq!((scratch.used(), scratch.peak()), (0, 8));
         assert_eq!(io.now().written, 8);

@@ -168,7 +168,12 @@ fn refuse_no_surface(path: &Path, elements: &[Element]) -> Result<()> {
         };
         return bad(&format!("{what} ({listed})"), "");
     }
-    if !faces {
+    let count = |names: &[&str]| -> u128 {
+        let of = elements.iter().filter(|e| names.contains(&e.name.as_str()));
+        of.map(|e| u128::from(e.count)).sum()
+    };
+    // Point clouds are often written with an empty face element; an empty mesh has neither.
+    if !faces || (count(&["face", "tristrips"]) == 0 && count(&["vertex"]) > 0) {
         return bad(
             &format!("a point cloud: vertices without faces ({listed})"),
             "make a surface of it first (Poisson or ball pivoting, for example)",

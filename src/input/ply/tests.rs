@@ -6,6 +6,9 @@ use crate::input::testing::{self, Decoded, decode};
 pub(super) const TETRA: [[u64; 3]; 4] = [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]];
 pub(super) const AT: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [0., 1.5, 0.], [0., 0., -2.]];
 
+/// A binary face whose corners all name vertex 0: vertices alone would be a point cloud.
+const ONE_FACE: [u8; 13] = [3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+
 pub(super) fn good(data: &[u8]) -> Decoded {
     decode(read, data, usize::MAX, None).unwrap()
 }
@@ -127,9 +130,10 @@ pub(super) fn headers_end_their_lines_in_three_ways() {
         for end in ["\n", "\r\n", "\r"] {
             let lines = "ply\nformat binary_little_endian 1.0\nelement vertex 1\n\
                          property uchar x\nproperty uchar y\nproperty uchar z\n\
-                         element face 0\nproperty list uchar int vertex_index\nend_header\n";
+                         element face 1\nproperty list uchar int vertex_index\nend_header\n";
             let mut data = lines.replace('\n', end).into_bytes();
             data.extend([first, b'\n', 3]);
+            data.extend(ONE_FACE);
             let mesh = good(&data);
             assert_eq!(mesh.bits, f4(&[first.into(), 10., 3.]), "{first} {end:?}");
         }
@@ -185,7 +189,7 @@ fn all_scalar_types_and_what_they_are_stored_as() {
                 "format binary_little_endian 1.0",
                 "element vertex 1",
                 &format!("property {name} x\nproperty {name} y\nproperty {name} z{extra}"),
-                "element face 0",
+                "element face 1",
                 FACES,
             ])
         };
@@ -197,7 +201,7 @@ fn all_scalar_types_and_what_they_are_stored_as() {
         };
         // Gathered in bulk, and step by step because of a list.
         for (extra, tail) in [("", &[][..]), ("\nproperty list char float l", &[0])] {
-            let data = [&head(extra), &bytes[..], tail].concat();
+            let data = [&head(extra), &bytes[..], tail, &ONE_FACE].concat();
             let mesh = good(&data);
             assert_eq!(mesh.kind, kind, "{name}");
             let bits = |c: f64| match kind {
@@ -219,11 +223,12 @@ fn nan_payloads_survive() {
             "format binary_little_endian 1.0",
             "element vertex 1",
             &format!("{XYZ}{extra}"),
-            "element face 0",
+            "element face 1",
             FACES,
         ]);
         bits.iter().for_each(|b| data.extend(b.to_le_bytes()));
         data.extend(&[0][..usize::from(!extra.is_empty())]);
+        data.extend(ONE_FACE);
         assert_eq!(good(&data).bits, bits.map(u64::from));
     }
 }

@@ -146,7 +146,7 @@ fn what_is_no_surface_or_no_header() {
         &["no vertices and no faces", "point: 1"],
     );
     refused(read, &head(&[]), &["no element at all"]);
-    let faces = format!("element face 0\n{FACES}");
+    let faces = format!("element face 1\n{FACES}");
     let both = |v: &str, f: &str| head(&[v, f]);
     let no_z = "element vertex 0\nproperty float x\nproperty float y";
     refused(read, &both(no_z, &faces), &["element vertex", "x, y and z"]);
@@ -160,12 +160,12 @@ fn what_is_no_surface_or_no_header() {
     refused(read, &both(&vertex, &both_lists), &["each property once"]);
     refused(
         read,
-        &both(&vertex, "element face 0"),
+        &both(&vertex, "element face 1"),
         &["a list vertex_indices"],
     );
-    let floats = "element face 0\nproperty list uchar float vertex_indices";
+    let floats = "element face 1\nproperty list uchar float vertex_indices";
     refused(read, &both(&vertex, floats), &["list of integers"]);
-    let one = "element face 0\nproperty int vertex_indices";
+    let one = "element face 1\nproperty int vertex_indices";
     refused(read, &both(&vertex, one), &["list of integers"]);
 
     refused(read, b"plyx\n", &["line 1", "`ply`", "`plyx`"]);
