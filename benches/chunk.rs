@@ -170,7 +170,7 @@ fn measures(c: &mut Criterion) {
     group.bench_function("one component", |b| {
         b.iter(|| {
             let mut out = [Measure::default()];
-            measure(&grid, black_box(&local), &swirl.label, &positions, &mut out);
+            measurer.measure(&grid, black_box(&local), &swirl.label, &positions, &mut out);
             out
         });
     });
