@@ -331,3 +331,21 @@ fn coordinates_of_f8_are_kept_and_their_extremes_survived() {
         );
     }
 }
+
+#[test]
+fn a_finite_coordinate_never_becomes_infinite() {
+    let place = Place::new();
+    let v = npy_bytes("<u4", 1, 3, &[0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+    let g = place.input.path().join("G.npy");
+    let write = |last: f64| {
+        let flat = [0.0, 1.0, f64::NAN, f64::INFINITY, 0.5, 0.0, 0.0, 2.0, last];
+        npy::write(&g, "<f8", 3, 3, &flat.map(f64::to_le_bytes).concat());
+    };
+    let path = g.to_str().expect("a plain path");
+    let narrow = ["--positions", path, "--coords", "f4"];
+    write(1e300);
+    place.refuse("V.npy", &v, &narrow, &["vertex 2"]);
+    place.build("V.npy", &v, &narrow[..2]).expect(0);
+    write(1e30);
+    place.build("V.npy", &v, &narrow).expect(0);
+}

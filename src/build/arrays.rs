@@ -152,7 +152,8 @@ impl<'a, X: Coord> CoordReader<'a, X> {
     /// The coordinates of `count` vertices from `first`.
     ///
     /// # Errors
-    /// [`Error::Input`] when the file became shorter, [`Error::Io`].
+    /// [`Error::Input`] when the file became shorter, or for a finite coordinate beyond X;
+    /// [`Error::Io`].
     pub fn read(&mut self, first: u64, count: u64) -> Result<&[[X; 3]]> {
         let item = match self.array.kind {
             CoordKind::F4 => 4,
@@ -174,7 +175,36 @@ impl<'a, X: Coord> CoordReader<'a, X> {
         self.raw.resize(bytes, 0);
         self.array.source.data().read_at(&mut self.raw, at)?;
         self.convert();
+        self.refuse_overflow(first)?;
         Ok(&self.buf)
+    }
+
+    /// A finite coordinate that became infinite does not fit the type asked for.
+    fn refuse_overflow(&self, first: u64) -> Result<()> {
+        if self.array.kind == CoordKind::F4 || X::BYTES == 8 {
+            return Ok(());
+        }
+        let infinite = |i: &usize| self.buf[i / 3][i % 3].wide().is_infinite();
+        for i in (0..3 * self.buf.len()).filter(infinite) {
+            let was = self.f8(&self.raw.as_chunks::<8>().0[i]);
+            if was.is_finite() {
+                return Err(Error::input(
+                    self.array.source.data().path(),
+                    format!("vertex {}", first + i as u64 / 3),
+                    "a coordinate that 4 bytes hold",
+                    format!("{was:e}"),
+                    "store coordinates as 8 bytes: --coords f8",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn f8(&self, bytes: &[u8; 8]) -> f64 {
+        f64::from_bits(match self.array.endian {
+            Endian::Big => u64::from_be_bytes(*bytes),
+            Endian::Little => u64::from_le_bytes(*bytes),
+        })
     }
 
     fn convert(&mut self) {
@@ -188,14 +218,6 @@ impl<'a, X: Coord> CoordReader<'a, X> {
             };
             f32::from_bits(bits)
         };
-        let f8 = |b: &[u8; 8]| {
-            let bits = if big {
-                u64::from_be_bytes(*b)
-            } else {
-                u64::from_le_bytes(*b)
-            };
-            f64::from_bits(bits)
-        };
         match self.array.kind {
             CoordKind::F4 => {
                 let rows = self.raw.as_chunks::<4>().0.as_chunks::<3>().0;
@@ -206,8 +228,12 @@ impl<'a, X: Coord> CoordReader<'a, X> {
             }
             CoordKind::F8 => {
                 let rows = self.raw.as_chunks::<8>().0.as_chunks::<3>().0;
-                self.buf
-                    .extend(rows.iter().map(|r| [0, 1, 2].map(|a| same_or(f8(&r[a])))));
+                let mut buf = std::mem::take(&mut self.buf);
+                buf.extend(
+                    rows.iter()
+                        .map(|r| [0, 1, 2].map(|a| same_or(self.f8(&r[a])))),
+                );
+                self.buf = buf;
             }
         }
     }
