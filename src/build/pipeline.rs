@@ -133,19 +133,7 @@ pub fn run(
     };
     let vertices = vertex_count(&mut clock, mesh)?;
     let triangles = mesh.v.triangles;
-    let wide =
-        wishes.wide || triangles > (u64::from(u32::MAX) - 1) / 3 || vertices >= u64::from(u32::MAX);
-    let shape = Shape {
-        triangles,
-        vertices,
-        index: if wide { 8 } else { 4 },
-        coord: match kind {
-            None => 0,
-            Some(CoordKind::F4) => 4,
-            Some(CoordKind::F8) => 8,
-        },
-        threads: ws.workers.count() as u64,
-    };
+    let shape = Shape::new(triangles, vertices, wishes.wide, kind, ws.workers.count());
     let plan = Plan::new(&shape, ws.budget.free(), wishes.chunk, wishes.buckets)?;
     let (bounds, g, g_file) = match placed {
         Some(Placed {
@@ -165,7 +153,7 @@ pub fn run(
         orient: wishes.orient,
     };
     let doubles = kind == Some(CoordKind::F8);
-    let built = match (wide, narrow(triangles, vertices), doubles) {
+    let built = match (shape.index == 8, narrow(triangles, vertices), doubles) {
         (false, true, false) => passes::<u32, u32, f32>(&mut clock, &job, &bounds),
         (false, true, true) => passes::<u32, u32, f64>(&mut clock, &job, &bounds),
         (false, false, false) => passes::<u32, u64, f32>(&mut clock, &job, &bounds),

@@ -8,6 +8,8 @@
 use crate::chunk::ids::{NARROW_SPAN, TABLE_BYTES};
 use crate::chunk::measure::Measurer;
 use crate::error::{Error, Result};
+use crate::folder::fits_u4;
+use crate::input::CoordKind;
 
 /// The largest chunk, in triangles: beyond it, chunks leave the cache and gain nothing.
 const MAX_CHUNK: u64 = 512 << 10;
@@ -97,6 +99,24 @@ pub fn check_least(memory: u64, threads: u64) -> Result<()> {
 }
 
 impl Shape {
+    /// The shape of a mesh whose indices are 8 bytes when its counts, or the user, demand it.
+    pub fn new(
+        triangles: u64,
+        vertices: u64,
+        wide: bool,
+        coords: Option<CoordKind>,
+        threads: usize,
+    ) -> Shape {
+        let wide = wide || !fits_u4(triangles, vertices);
+        Shape {
+            triangles,
+            vertices,
+            index: if wide { 8 } else { 4 },
+            coord: coords.map_or(0, CoordKind::bytes),
+            threads: threads as u64,
+        }
+    }
+
     /// Bytes of scratch memory that the chunk pass holds for each triangle of a chunk, at worst:
     /// readers, local ids, lists, results, output rows.
     pub fn chunk_bytes(&self) -> u64 {

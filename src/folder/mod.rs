@@ -44,6 +44,12 @@ pub const DEGENERATE: &str = "degenerate.npy";
 /// What the folder holds and what was found; written last.
 pub const MANIFEST: &str = "manifest.json";
 
+/// True when indices of 4 bytes number the mesh: 3T and N stay below NONE, which is all ones.
+pub fn fits_u4(triangles: u64, vertices: u64) -> bool {
+    let none = u64::from(u32::MAX);
+    triangles <= (none - 1) / 3 && vertices < none
+}
+
 /// A row of `components.npy`: packed, little-endian, no padding.
 #[repr(C, packed)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
