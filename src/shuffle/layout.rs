@@ -8,7 +8,7 @@ use crate::error::Result;
 use std::ops::Range;
 
 /// Buckets share this many scratch files at most; a file is freed when its buckets were read.
-const FILES: u64 = 16;
+pub(super) const FILES: u64 = 16;
 /// Extents of the first and of the largest step of a list.
 const STEPS: (usize, usize) = (64, 4096);
 /// Memory of an extent.

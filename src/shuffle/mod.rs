@@ -31,7 +31,7 @@ mod tests;
 mod writer;
 
 pub use buckets::Buckets;
-pub use plan::Plan;
+pub use plan::{Plan, tail};
 pub use sorter::Sorter;
 pub use writer::{Shuffle, Writer};
 

@@ -1,6 +1,8 @@
 //! How many buckets, and how large a buffer for each: the only knobs of a shuffle, chosen from
 //! memory and expected volume. They never change the result.
 
+use super::layout::FILES;
+
 /// Buckets of about this many bytes are sorted within a core's second-level cache.
 const CACHE: u64 = 512 << 10;
 /// More buckets than this at once cost more in address translation than they save.
@@ -57,6 +59,20 @@ impl Plan {
             buffer_bytes: (buffer / record * record).max(record) as usize,
         }
     }
+}
+
+/// Scratch, in bytes, that a shuffle of `bytes` still holds when its last bucket was handed on:
+/// files are freed when all their buckets were read, and buckets beyond a sorter's memory are
+/// split on disk. An estimate from above, for `readers` sorters and writers of `memory` each.
+///
+/// So while one shuffle is poured into another, the larger of the two and this are in use.
+pub fn tail(bytes: u64, readers: u64, memory: u64) -> u64 {
+    // A width that is a power of two may leave half of the buckets, and of the files.
+    let buckets = (bytes / CACHE).clamp(1, MOST_BUCKETS / 2);
+    let files = buckets.min(FILES / 2);
+    let afford = (memory / (SMALL_BUFFER + SLOT_BYTES) / 2).clamp(1, MOST_BUCKETS / 2);
+    let share = |parts: u64| bytes.div_ceil(parts).saturating_mul(readers);
+    share(files).saturating_add(share(afford)).min(bytes)
 }
 
 #[cfg(test)]

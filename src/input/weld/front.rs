@@ -17,7 +17,7 @@ use crate::disk::{Lease, ScratchFile, Workspace};
 use crate::error::Result;
 
 /// More distinct keys in a block gain nothing but cache misses.
-const MOST_KEYS: u64 = 1 << 18;
+pub(super) const MOST_KEYS: u64 = 1 << 18;
 /// A slot without a key.
 const EMPTY: u32 = u32::MAX;
 /// Slots for each key: the table is at most half full.

@@ -34,6 +34,7 @@
 //! before. Corners of an indexed mesh are read once; its G once, and once more by ranges.
 
 mod bits;
+mod cost;
 mod front;
 mod join;
 mod stream;
@@ -49,6 +50,7 @@ use crate::shuffle::{Buckets, Plan, Shuffle, Sorter, Writer};
 use std::path::Path;
 
 pub(super) use self::bits::Bits;
+pub use self::cost::{WeldCost, WeldSize};
 
 /// The least memory in bytes that a weld works in.
 pub const LEAST: u64 = 256 << 10;
