@@ -37,7 +37,16 @@ impl CoordKind {
     }
 }
 
-/// Opens a mesh given as `.npy`: V from `request.path`, shape (T,3) or (3T,), of u4, u8, i4
+/// V and G where they lie, held to their headers, their lengths and each other.
+#[derive(Debug)]
+pub struct Arrays {
+    /// The indices.
+    pub v: IndexArray,
+    /// The coordinates.
+    pub g: Option<CoordArray>,
+}
+
+/// Finds a mesh given as `.npy`: V from `request.path`, shape (T,3) or (3T,), of u4, u8, i4
 /// or i8 in either byte order; G from `request.positions` when there is one, shape (N,3), of
 /// f4 or f8. Both in C order, used where they lie.
 ///
@@ -46,17 +55,18 @@ impl CoordKind {
 ///
 /// # Errors
 /// [`Error::Input`] for another type, shape or order, saying how NumPy converts it;
-/// [`Error::Usage`] for standard input; [`Error::Budget`], [`Error::Io`].
-pub fn open_npy(ws: &Workspace, request: &Request) -> Result<Mesh> {
+/// [`Error::Usage`] for standard input; [`Error::Io`].
+pub fn npy(ws: &Workspace, request: &Request) -> Result<Arrays> {
     let v = npy_indices(ws, &request.path)?;
     let g = match &request.positions {
         Some(path) => Some(npy_coords(ws, path)?),
         None => None,
     };
-    finish(ws, request, v, g, "npy")
+    check_count(request, g.as_ref())?;
+    Ok(Arrays { v, g })
 }
 
-/// Opens a mesh given as arrays without any header: indices of type `request.raw_index` in
+/// Finds a mesh given as arrays without any header: indices of type `request.raw_index` in
 /// `request.path`, three to a triangle, and coordinates in `request.positions` when there is
 /// one, three to a vertex, all in the byte order `request.endian`.
 ///
@@ -66,8 +76,8 @@ pub fn open_npy(ws: &Workspace, request: &Request) -> Result<Mesh> {
 ///
 /// # Errors
 /// [`Error::Input`] when a length does not fit, [`Error::Usage`] when the index type is not
-/// given or the input is standard input; [`Error::Budget`], [`Error::Io`].
-pub fn open_raw(ws: &Workspace, request: &Request) -> Result<Mesh> {
+/// given or the input is standard input; [`Error::Io`].
+pub fn raw(ws: &Workspace, request: &Request) -> Result<Arrays> {
     let Some(kind) = request.raw_index else {
         return Err(Error::Usage(
             "a raw array does not say what it holds; name its type with --raw-index u4, u8, i4 \
@@ -101,7 +111,8 @@ pub fn open_raw(ws: &Workspace, request: &Request) -> Result<Mesh> {
         Some(path) => Some(raw_coords(ws, path, request)?),
         None => None,
     };
-    finish(ws, request, v, g, "raw")
+    check_count(request, g.as_ref())?;
+    Ok(Arrays { v, g })
 }
 
 impl IndexKind {
@@ -115,15 +126,9 @@ impl IndexKind {
     }
 }
 
-/// Holds V, G and the stated number of vertices to each other, and takes the digests.
-fn finish(
-    ws: &Workspace,
-    request: &Request,
-    v: IndexArray,
-    g: Option<CoordArray>,
-    format: &str,
-) -> Result<Mesh> {
-    if let (Some(g), Some(stated)) = (&g, request.vertices)
+/// Holds G to the stated number of vertices.
+fn check_count(request: &Request, g: Option<&CoordArray>) -> Result<()> {
+    if let (Some(g), Some(stated)) = (g, request.vertices)
         && g.vertices != stated
     {
         return Err(Error::input(
@@ -134,6 +139,15 @@ fn finish(
             "leave --vertices out, or give the file that belongs to this mesh",
         ));
     }
+    Ok(())
+}
+
+/// Takes the digests of the files and makes a mesh of them.
+///
+/// # Errors
+/// [`Error::Budget`], [`Error::Io`].
+pub fn finish(ws: &Workspace, request: &Request, arrays: Arrays, format: &str) -> Result<Mesh> {
+    let Arrays { v, g } = arrays;
     let sources = [Some(&v.source), g.as_ref().map(|g| &g.source)];
     let mut total = 0;
     for source in sources.iter().flatten() {

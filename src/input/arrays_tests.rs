@@ -16,6 +16,14 @@ fn workspace(dir: &Path) -> Workspace {
     }
 }
 
+fn npy_mesh(ws: &Workspace, request: &Request) -> Result<Mesh> {
+    finish(ws, request, super::npy(ws, request)?, "npy")
+}
+
+fn raw_mesh(ws: &Workspace, request: &Request) -> Result<Mesh> {
+    finish(ws, request, super::raw(ws, request)?, "raw")
+}
+
 fn request(path: PathBuf) -> Request {
     Request {
         path,
@@ -70,7 +78,7 @@ impl Bench {
         let mut request = request(self.file("v.npy", v));
         request.positions = g.map(|g| self.file("g.npy", g));
         request.vertices = vertices;
-        open_npy(&self.ws, &request).map_err(|e| e.to_string())
+        npy_mesh(&self.ws, &request).map_err(|e| e.to_string())
     }
 
     fn raw(
@@ -86,7 +94,7 @@ impl Bench {
         request.positions = g.map(|g| self.file("g.bin", &vec![0; g]));
         request.vertices = vertices;
         request.coords = coords;
-        open_raw(&self.ws, &request).map_err(|e| e.to_string())
+        raw_mesh(&self.ws, &request).map_err(|e| e.to_string())
     }
 }
 
@@ -215,10 +223,10 @@ fn refusals_say_what_was_found_and_how_to_convert() {
         &["np.ascontiguousarray(G)"],
     );
     let mut nowhere = request(PathBuf::from("-"));
-    let message = open_npy(&bench.ws, &nowhere).unwrap_err().to_string();
+    let message = npy_mesh(&bench.ws, &nowhere).unwrap_err().to_string();
     assert!(message.contains("standard input"), "{message}");
     nowhere.path = bench.dir.path().to_owned();
-    let message = open_npy(&bench.ws, &nowhere).unwrap_err().to_string();
+    let message = npy_mesh(&bench.ws, &nowhere).unwrap_err().to_string();
     assert!(message.contains("a folder"), "{message}");
 }
 
@@ -270,6 +278,6 @@ fn raw_lengths_decide() {
         message.contains("byte 24") && message.contains("--raw-index i4"),
         "{message}"
     );
-    let untyped = open_raw(&bench.ws, &request(bench.file("v", b""))).unwrap_err();
+    let untyped = raw_mesh(&bench.ws, &request(bench.file("v", b""))).unwrap_err();
     assert!(matches!(untyped, Error::Usage(_)));
 }

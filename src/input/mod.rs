@@ -15,14 +15,18 @@ mod off;
 mod open;
 mod ply;
 pub mod reader;
+mod sample;
 pub mod sink;
 mod stl;
+mod survey;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod text;
 mod weld;
 
 pub use open::open;
+pub use survey::{Survey, closed_vertices, survey};
+pub use weld::{WeldCost, WeldSize};
 
 use crate::disk::{DataFile, ScratchFile};
 use crate::folder::InputEntry;
@@ -144,6 +148,20 @@ pub enum Format {
     Npy,
     /// Plain arrays without header.
     Raw,
+}
+
+impl Format {
+    /// Its name, as the manifest has it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Format::Ply => "ply",
+            Format::Stl => "stl",
+            Format::Obj => "obj",
+            Format::Off => "off",
+            Format::Npy => "npy",
+            Format::Raw => "raw",
+        }
+    }
 }
 
 /// What the user asked to read, and how.

@@ -54,9 +54,7 @@ pub fn keyword(word: &[u8]) -> Option<Keyword> {
 /// [`crate::Error::DiskLimit`].
 pub fn read(ws: &Workspace, reader: ByteReader, request: &Request) -> Result<Mesh> {
     let path = reader.path().to_owned();
-    let mut lexer = Lexer::new(reader, Dialect::Comments, 1);
-    let more = first_line(&mut lexer)?;
-    let (vertices, faces) = counts(&mut lexer)?;
+    let (mut lexer, more, [vertices, faces]) = header(reader)?;
     let mut sink = MeshSink::new(ws, request, &path, CoordKind::F4)?;
     for row in 0..vertices {
         let name = || format!("vertex {row} of {vertices}");
@@ -79,6 +77,22 @@ pub fn read(ws: &Workspace, reader: ByteReader, request: &Request) -> Result<Mes
         return Err(lexer.error("the end of the file", found, help));
     }
     sink.finish("off", lexer.into_reader().finish()?)
+}
+
+/// The numbers of vertices and faces that the file states.
+///
+/// # Errors
+/// As [`read`].
+pub fn stated(reader: ByteReader) -> Result<[u64; 2]> {
+    Ok(header(reader)?.2)
+}
+
+/// Reads up to the first row; true when vertices have more than three values.
+fn header(reader: ByteReader) -> Result<(Lexer, bool, [u64; 2])> {
+    let mut lexer = Lexer::new(reader, Dialect::Comments, 1);
+    let more = first_line(&mut lexer)?;
+    let counts = counts(&mut lexer)?;
+    Ok((lexer, more, counts))
 }
 
 /// Goes to the next row.
@@ -109,7 +123,7 @@ fn first_line(lexer: &mut Lexer) -> Result<bool> {
 }
 
 /// The numbers of vertices and faces.
-fn counts(lexer: &mut Lexer) -> Result<(u64, u64)> {
+fn counts(lexer: &mut Lexer) -> Result<[u64; 2]> {
     seek(lexer, || "the number of vertices".into())?;
     if lexer.peek_word(b"BINARY")? {
         let help = "convert it to text, or to PLY";
@@ -121,7 +135,7 @@ fn counts(lexer: &mut Lexer) -> Result<(u64, u64)> {
         lexer.count("the number of edges")?;
     }
     end_of_row(lexer, || "the counts".into())?;
-    Ok((vertices, faces))
+    Ok([vertices, faces])
 }
 
 fn end_of_row(lexer: &mut Lexer, what: impl FnOnce() -> String) -> Result<()> {

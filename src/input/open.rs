@@ -6,8 +6,9 @@
 //!
 //! Memory: the reader's buffer. I/O: the first 4 KiB.
 
+use super::arrays::{self, Arrays};
 use super::reader::{ByteReader, PEEK};
-use super::{Format, Mesh, Request, arrays, obj, off, ply, stl, weld};
+use super::{Format, Mesh, Request, obj, off, ply, stl, weld};
 use crate::disk::Workspace;
 use crate::error::{Error, Result};
 use std::path::Path;
@@ -24,31 +25,59 @@ const SUPPORTED: &str = "a mesh as PLY, STL, OBJ, OFF, .npy, or as raw arrays (w
 /// [`Error::Usage`] for options that do not go together, [`Error::Input`] for an input that is
 /// no mesh or a damaged one, [`Error::Io`], [`Error::Budget`], [`Error::DiskLimit`].
 pub fn open(ws: &Workspace, request: &Request) -> Result<Mesh> {
+    match find(ws, request)? {
+        (format, Some(reader)) => decode(ws, reader, request, format),
+        (format, None) => {
+            let arrays = find_arrays(ws, request, format)?;
+            let mesh = arrays::finish(ws, request, arrays, format.name())?;
+            match request.weld {
+                Some(true) => weld::weld(ws, mesh, request),
+                _ => Ok(mesh),
+            }
+        }
+    }
+}
+
+/// Finds the format, and refuses options that do not go with it. With a format to be decoded
+/// comes its reader, at the first byte; arrays are used where they lie and have none.
+///
+/// # Errors
+/// [`Error::Usage`], [`Error::Input`] for what is no mesh, [`Error::Io`], [`Error::Budget`].
+pub(super) fn find(ws: &Workspace, request: &Request) -> Result<(Format, Option<ByteReader>)> {
     let stdin = request.path == Path::new("-");
     let named = named_format(request)?;
-    if let Some(format @ (Format::Npy | Format::Raw)) = named {
-        return open_arrays(ws, request, format, stdin);
-    }
-    let mut reader = if stdin {
-        ByteReader::from_stdin(ws)?
-    } else {
-        ByteReader::open(ws, &request.path)?
-    };
-    let first = reader.peek(PEEK)?.to_vec();
-    if first.is_empty() {
-        let help = "nothing was written to it";
-        return Err(bad(&reader, SUPPORTED, "an empty file", help));
-    }
-    let format = match named {
-        Some(format) => format,
-        None => guessed_format(&reader, &first)?,
+    let (format, reader) = match named {
+        Some(format @ (Format::Npy | Format::Raw)) => (format, None),
+        _ => {
+            let mut reader = if stdin {
+                ByteReader::from_stdin(ws)?
+            } else {
+                ByteReader::open(ws, &request.path)?
+            };
+            let first = reader.peek(PEEK)?.to_vec();
+            if first.is_empty() {
+                let help = "nothing was written to it";
+                return Err(bad(&reader, SUPPORTED, "an empty file", help));
+            }
+            let format = match named {
+                Some(format) => format,
+                None => guessed_format(&reader, &first)?,
+            };
+            (format, Some(reader))
+        }
     };
     check_options(request, format)?;
-    if matches!(format, Format::Npy | Format::Raw) {
-        drop(reader);
-        return open_arrays(ws, request, format, stdin);
+    if !matches!(format, Format::Npy | Format::Raw) {
+        return Ok((format, reader));
     }
-    decode(ws, reader, request, format, &first)
+    if stdin {
+        return Err(Error::Usage(
+            "arrays (.npy, raw) cannot come from standard input: they are used where they lie, \
+             and read more than once; give the name of a file"
+                .into(),
+        ));
+    }
+    Ok((format, None))
 }
 
 /// Decodes a streamable format, and welds when that is asked for or needed.
@@ -57,22 +86,11 @@ fn decode(
     mut reader: ByteReader,
     request: &Request,
     format: Format,
-    first: &[u8],
 ) -> Result<Mesh> {
-    let welding = request.weld == Some(true) || format == Format::Stl;
+    let welding = welds(request, format);
     let mut request = request.clone();
     request.weld = welding.then_some(true);
-    if format != Format::Stl {
-        let utf16 = first.starts_with(b"\xfe\xff") || first.starts_with(b"\xff\xfe");
-        if utf16 {
-            let help = "save it as UTF-8 or plain ASCII";
-            return Err(bad(&reader, "text of one byte a character", "UTF-16", help));
-        }
-        // The mark that some editors write before UTF-8.
-        if first.starts_with(b"\xef\xbb\xbf") {
-            reader.consume(3);
-        }
-    }
+    begin(&mut reader, format)?;
     let mesh = match format {
         Format::Ply => ply::read(ws, reader, &request)?,
         Format::Obj => obj::read(ws, reader, &request)?,
@@ -85,28 +103,47 @@ fn decode(
     Ok(mesh)
 }
 
-fn open_arrays(ws: &Workspace, request: &Request, format: Format, stdin: bool) -> Result<Mesh> {
-    check_options(request, format)?;
-    if stdin {
-        return Err(Error::Usage(
-            "arrays (.npy, raw) cannot come from standard input: they are used where they lie, \
-             and read more than once; give the name of a file"
-                .into(),
-        ));
+/// True when vertices of equal position become one.
+pub(super) fn welds(request: &Request, format: Format) -> bool {
+    request.weld == Some(true) || format == Format::Stl
+}
+
+/// Goes past the mark that some editors write before a text, and refuses UTF-16.
+///
+/// # Errors
+/// [`Error::Input`], [`Error::Io`].
+pub(super) fn begin(reader: &mut ByteReader, format: Format) -> Result<()> {
+    if format == Format::Stl {
+        return Ok(());
     }
-    let mesh = match format {
-        Format::Npy => arrays::open_npy(ws, request)?,
-        _ => arrays::open_raw(ws, request)?,
+    let first = reader.peek(3)?;
+    if first.starts_with(b"\xfe\xff") || first.starts_with(b"\xff\xfe") {
+        let help = "save it as UTF-8 or plain ASCII";
+        return Err(bad(reader, "text of one byte a character", "UTF-16", help));
+    }
+    if first == b"\xef\xbb\xbf" {
+        reader.consume(3);
+    }
+    Ok(())
+}
+
+/// Opens arrays and holds them to their headers and lengths; their rows are not read.
+///
+/// # Errors
+/// [`Error::Usage`] for a weld without coordinates; as [`arrays::npy`] and [`arrays::raw`].
+pub(super) fn find_arrays(ws: &Workspace, request: &Request, format: Format) -> Result<Arrays> {
+    let arrays = match format {
+        Format::Npy => arrays::npy(ws, request)?,
+        _ => arrays::raw(ws, request)?,
     };
-    match request.weld {
-        Some(true) if mesh.g.is_none() => Err(Error::Usage(
+    if request.weld == Some(true) && arrays.g.is_none() {
+        return Err(Error::Usage(
             "--weld joins vertices of equal position, but this mesh has no coordinates; \
              give them with --positions"
                 .into(),
-        )),
-        Some(true) => weld::weld(ws, mesh, request),
-        _ => Ok(mesh),
+        ));
     }
+    Ok(arrays)
 }
 
 /// The format that the options settle.

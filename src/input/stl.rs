@@ -57,6 +57,15 @@ pub fn read(ws: &Workspace, mut reader: ByteReader, request: &Request) -> Result
     }
 }
 
+/// The number of facets of a binary file; `None` for a text, which does not state it.
+///
+/// # Errors
+/// As [`read`], for what the first bytes and the length show.
+pub fn stated(reader: &mut ByteReader) -> Result<Option<u64>> {
+    let (form, facets) = look(reader)?;
+    Ok((form == Form::Binary).then_some(facets))
+}
+
 fn read_as<B: Bits>(
     ws: &Workspace,
     reader: ByteReader,

@@ -19,6 +19,7 @@
 
 mod ascii;
 mod binary;
+mod count;
 mod gather;
 mod header;
 #[cfg(test)]
@@ -31,6 +32,7 @@ use super::sink::MeshSink;
 use super::{CoordKind, Mesh, Request};
 use crate::disk::Workspace;
 use crate::error::{Error, Result};
+pub use count::count;
 use header::{Element, Encoding, Header, Scalar, Shape};
 use std::path::Path;
 
@@ -99,29 +101,52 @@ impl Strip {
     }
 }
 
+/// A header that was read and found to promise a mesh.
+struct Outline {
+    header: Header,
+    plans: Vec<Plan>,
+    /// The type that coordinates are stored as.
+    kind: CoordKind,
+}
+
+impl Outline {
+    fn read(reader: &mut ByteReader) -> Result<Outline> {
+        let header = Header::read(reader)?;
+        refuse_no_surface(reader.path(), &header.elements)?;
+        let plans = header
+            .elements
+            .iter()
+            .map(|e| plan(reader.path(), e))
+            .collect::<Result<Vec<Plan>>>()?;
+        let kind = match header.encoding {
+            Encoding::Ascii => CoordKind::F4,
+            _ => stored_kind(&plans),
+        };
+        Ok(Outline {
+            header,
+            plans,
+            kind,
+        })
+    }
+}
+
 /// Decodes a PLY file.
 ///
 /// # Errors
 /// [`Error::Input`] naming line or byte, [`Error::Io`], [`Error::Budget`],
 /// [`Error::DiskLimit`].
 pub fn read(ws: &Workspace, mut reader: ByteReader, request: &Request) -> Result<Mesh> {
-    let header = Header::read(&mut reader)?;
+    let Outline {
+        header,
+        plans,
+        kind,
+    } = Outline::read(&mut reader)?;
     for (line, text) in &header.skipped {
         ws.progress.note(&format!(
             "{}: line {line} of the header is not understood and passed over: {text}",
             reader.path().display()
         ));
     }
-    refuse_no_surface(reader.path(), &header.elements)?;
-    let plans = header
-        .elements
-        .iter()
-        .map(|e| plan(reader.path(), e))
-        .collect::<Result<Vec<Plan>>>()?;
-    let kind = match header.encoding {
-        Encoding::Ascii => CoordKind::F4,
-        _ => stored_kind(&plans),
-    };
     let mut sink = MeshSink::new(ws, request, reader.path(), kind)?;
     let reader = match header.encoding {
         Encoding::Ascii => ascii::read(ws, reader, header.next_line, &plans, &mut sink)?,
