@@ -1,7 +1,8 @@
 //! The builder: the same options as the command line, and the one call that runs a build.
 
 use super::pipeline::{BuildReport, Clock, Wishes, run};
-use super::plan::{Plan, Shape, check_least};
+use super::plan::check_least;
+use super::predict::{Prediction, Sizes};
 use super::staging::{Staging, parent};
 use crate::disk::{Budget, Counters, NoProgress, Progress, Scratch, Workers, Workspace};
 use crate::error::{Error, Result};
@@ -20,21 +21,6 @@ pub enum Index {
     U4,
     /// 8 bytes.
     U8,
-}
-
-/// What a build would take, from the input's own counts.
-#[derive(Clone, Copy, Debug)]
-pub struct Prediction {
-    /// Sizes of the mesh, as its header says.
-    pub shape: Shape,
-    /// How the budget would be cut up.
-    pub plan: Plan,
-    /// The least budget, in bytes.
-    pub least_memory: u64,
-    /// Bytes of the finished folder.
-    pub output: u64,
-    /// Scratch space for a coherent mesh and for the worst order, in bytes.
-    pub scratch: (u64, u64),
 }
 
 /// Builds a mesh folder from a mesh file.
@@ -216,6 +202,31 @@ impl Builder {
         run(clock, &mesh, &wishes, staging)
     }
 
+    /// Predicts what [`build`](Builder::build) would take for `output`, from the beginning of
+    /// the input. Nothing is made, written or kept; `output` may exist.
+    ///
+    /// A budget that is too small is no error here: [`Prediction::check`] tells.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for contradictory options, standard input and pipes; [`Error::Input`]
+    /// for what the first look shows to be no mesh; [`Error::Io`].
+    pub fn predict(&self, output: &Path) -> Result<Prediction> {
+        let mut request = self.request.clone();
+        request.wide = self.index == Index::U8;
+        let survey = input::survey(&request)?;
+        if survey.exact {
+            self.check_width(survey.triangles, survey.vertices)?;
+        }
+        let sizes = Sizes {
+            memory: self.memory,
+            threads: self.threads.max(1),
+            wide: request.wide,
+            chunk: self.chunk,
+            buckets: self.buckets,
+        };
+        Prediction::new(survey, &sizes, output.symlink_metadata().is_ok())
+    }
+
     fn workspace(&self, output: &Path) -> Result<Workspace> {
         let io = Arc::new(Counters::default());
         let beside = [parent(output).to_owned()];
@@ -234,10 +245,7 @@ impl Builder {
     }
 
     fn check_width(&self, triangles: u64, vertices: Option<u64>) -> Result<()> {
-        let none = u64::from(u32::MAX);
-        if self.index == Index::U4
-            && (triangles > (none - 1) / 3 || vertices.is_some_and(|n| n >= none))
-        {
+        if self.index == Index::U4 && !folder::fits_u4(triangles, vertices.unwrap_or(0)) {
             return Err(Error::Usage(format!(
                 "--index u4 cannot number {triangles} triangles and {} vertices; use auto or u8",
                 vertices.unwrap_or(0)

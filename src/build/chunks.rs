@@ -127,8 +127,9 @@ pub fn chunks<I: Index, W: Index, X: Coord>(
 ) -> Result<Chunked> {
     let ws = job.ws;
     let chunks = job.plan.chunks(job.shape.triangles);
-    let table = chunks * (size_of::<ChunkInfo>() as u64 + 8);
-    let lease = ws.budget.lease("the table of chunks", table)?;
+    let lease = ws
+        .budget
+        .lease("the table of chunks", table_bytes(chunks))?;
     let _scratch = job.chunk_lease("chunks")?;
     let infos = Mutex::new(vec![ChunkInfo::default(); chunks as usize]);
     let counts = ws.scratch.file("counts of local components")?;
@@ -176,6 +177,11 @@ pub fn chunks<I: Index, W: Index, X: Coord>(
         settled: settled.into_inner().unwrap_or_else(|e| e.into_inner()),
         lease,
     })
+}
+
+/// Bytes of the table of so many chunks.
+pub fn table_bytes(chunks: u64) -> u64 {
+    chunks * (size_of::<ChunkInfo>() as u64 + 8)
 }
 
 impl Chunked {

@@ -46,6 +46,9 @@ impl Record for Answer {
     }
 }
 
+/// Bytes of a corner's question and of its answer in scratch.
+pub const ASKED: [u64; 2] = [size_of::<Ask>() as u64, size_of::<Answer>() as u64];
+
 /// Vertices of G in one window of the first shuffle's reader.
 const WINDOW: u64 = 4 << 10;
 

@@ -233,7 +233,7 @@ impl<I: Index> Thread<I> {
 }
 
 /// Corners of O that are held at a time while opposites are filled in.
-const SPAN: u64 = 4 << 10;
+pub const SPAN: u64 = 4 << 10;
 
 /// A span of O that opposites are filled into, within one bucket's range of corners.
 struct Span<I> {

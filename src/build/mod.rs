@@ -25,10 +25,12 @@ pub mod tally;
 
 mod builder;
 mod pipeline;
+mod predict;
 mod staging;
 
-pub use builder::{Builder, Index as IndexChoice, Prediction};
+pub use builder::{Builder, Index as IndexChoice};
 pub use pipeline::{BuildReport, PassReport};
+pub use predict::{PassPrediction, Prediction};
 pub use staging::parent;
 
 use self::chunks::Chunked;
