@@ -57,6 +57,9 @@ pub struct BuildArgs {
     /// Replace an existing output
     #[arg(long)]
     force: bool,
+    /// Print the memory, scratch space, output and passes to expect, and make nothing
+    #[arg(long)]
+    dry_run: bool,
     #[command(flatten)]
     work: WorkArgs,
     #[arg(long, hide = true)]
@@ -146,23 +149,44 @@ pub(super) fn run(args: &BuildArgs) -> Result<Outcome> {
         }
         None => args.input.with_extension("ct"),
     };
+    if args.dry_run {
+        return dry_run(args, &output);
+    }
     let done = builder(args).build(&output)?;
     if args.work.quiet && args.json.is_none() {
         return Ok(Outcome::Done);
     }
     let folder = Folder::open(&output, &Arc::new(Counters::default()))?;
     let report = report::gather(&folder, Some(&done))?;
+    show(args, &report, || report::render(&report))?;
+    Ok(Outcome::Done)
+}
+
+/// Predicts; a budget that is too small is told when the prediction was printed.
+fn dry_run(args: &BuildArgs, output: &Path) -> Result<Outcome> {
+    let prediction = builder(args).predict(output)?;
+    let predicted = report::predicted(&prediction);
+    show(args, &predicted, || report::render_predicted(&predicted))?;
+    prediction.check()?;
+    Ok(Outcome::Done)
+}
+
+/// Prints a report in the forms that were asked for.
+fn show(
+    args: &BuildArgs,
+    report: &impl serde::Serialize,
+    text: impl FnOnce() -> String,
+) -> Result<()> {
     match &args.json {
-        Some(to) if to == Path::new("-") => print(&to_json(&report)?)?,
-        Some(to) => std::fs::write(to, to_json(&report)?)
+        Some(to) if to == Path::new("-") => print(&to_json(report)?)?,
+        Some(to) => std::fs::write(to, to_json(report)?)
             .map_err(|e| Error::io(to, "write the report", e))?,
         None => {}
     }
-    let shown = args.work.quiet || args.json.as_deref() == Some(Path::new("-"));
-    if !shown {
-        print(&report::render(&report))?;
+    if args.work.quiet || args.json.as_deref() == Some(Path::new("-")) {
+        return Ok(());
     }
-    Ok(Outcome::Done)
+    print(&text())
 }
 
 fn builder(args: &BuildArgs) -> Builder {

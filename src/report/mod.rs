@@ -5,8 +5,10 @@
 //!
 //! Memory: 64 KiB and a few rows. I/O: `components.npy` once (not for [`info`]).
 
+mod predict;
 mod text;
 
+pub use predict::{Predicted, predicted, render_predicted};
 pub use text::{info, render};
 
 use crate::build::BuildReport;
@@ -186,7 +188,10 @@ pub fn gather(folder: &Folder, build: Option<&BuildReport>) -> Result<Report> {
 
 /// The arrays of a folder with their cost.
 pub fn arrays(manifest: &Manifest) -> Vec<Array> {
-    let t = manifest.counts.triangles;
+    array_rows(&manifest.files, manifest.counts.triangles)
+}
+
+fn array_rows(files: &[folder::FileEntry], t: u64) -> Vec<Array> {
     let each = |f: &folder::FileEntry| Array {
         name: f.name.clone(),
         dtype: f.dtype.clone(),
@@ -194,7 +199,7 @@ pub fn arrays(manifest: &Manifest) -> Vec<Array> {
         bytes: f.bytes,
         bits_per_triangle: (t > 0).then(|| (f.bytes - DATA_START) as f64 * 8.0 / t as f64),
     };
-    manifest.files.iter().map(each).collect()
+    files.iter().map(each).collect()
 }
 
 fn cost(build: &BuildReport) -> Build {

@@ -5,7 +5,7 @@ use crate::folder::{Counts, Manifest, Orient};
 use std::fmt::Write;
 
 /// Groups the digits of a count: 1234567 is "1 234 567".
-fn grouped(n: u64) -> String {
+pub(super) fn grouped(n: u64) -> String {
     let digits = n.to_string();
     let mut text = String::new();
     for (i, c) in digits.chars().enumerate() {
@@ -17,7 +17,7 @@ fn grouped(n: u64) -> String {
     text
 }
 
-fn megabytes(bytes: u64) -> String {
+pub(super) fn megabytes(bytes: u64) -> String {
     format!("{:.1} MB", bytes as f64 / 1e6)
 }
 
@@ -31,7 +31,7 @@ fn orient_name(orient: Orient) -> &'static str {
 }
 
 /// A line with a name and a count.
-fn line(out: &mut String, name: &str, count: u64, remark: &str) {
+pub(super) fn line(out: &mut String, name: &str, count: u64, remark: &str) {
     let remark = if remark.is_empty() {
         String::new()
     } else {
@@ -99,7 +99,7 @@ pub fn info(manifest: &Manifest) -> String {
     out
 }
 
-fn table_of_arrays(out: &mut String, arrays: &[super::Array]) {
+pub(super) fn table_of_arrays(out: &mut String, arrays: &[super::Array]) {
     let _ = writeln!(
         out,
         "  array                               bytes  bits/triangle"

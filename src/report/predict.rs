@@ -1,0 +1,194 @@
+//! What a build would take, for people and for programs: the answer of `build --dry-run`.
+//!
+//! Memory: the text. I/O: none.
+
+use super::text::{grouped, line, megabytes, table_of_arrays};
+use super::{Array, array_rows};
+use crate::build::Prediction;
+use serde::Serialize;
+use std::fmt::Write;
+
+/// A [`Prediction`] as `--dry-run --json` prints it. Bytes, unless said otherwise.
+#[derive(Clone, Debug, Serialize)]
+pub struct Predicted {
+    /// Version of these keys.
+    pub version: u32,
+    /// Format of the input.
+    pub format: &'static str,
+    /// Bytes of the input.
+    pub input_bytes: u64,
+    /// Triangles.
+    pub triangles: u64,
+    /// Vertices, before a weld; null when only the indices themselves tell.
+    pub vertices: Option<u64>,
+    /// True when these counts are certain, false when they are estimates.
+    pub exact: bool,
+    /// Index type: "u4" or "u8".
+    pub index: String,
+    /// Coordinate type, or null.
+    pub coords: Option<String>,
+    /// True when vertices of equal position become one.
+    pub welded: bool,
+    /// Memory.
+    pub memory: Memory,
+    /// Triangles of a chunk.
+    pub chunk_triangles: u64,
+    /// Threads.
+    pub threads: u64,
+    /// Scratch space.
+    pub scratch: Scratch,
+    /// The folder.
+    pub output: Output,
+    /// The passes in order, for a coherent mesh.
+    pub passes: Vec<Pass>,
+}
+
+/// Memory in bytes.
+#[derive(Clone, Debug, Serialize)]
+pub struct Memory {
+    /// The budget of `--memory`.
+    pub budget: u64,
+    /// The least that a build accepts.
+    pub least: u64,
+    /// What suffices for the worst order.
+    pub worst_order: u64,
+    /// True when the budget is not below the least.
+    pub accepted: bool,
+}
+
+/// Scratch space in bytes, at most at once.
+#[derive(Clone, Debug, Serialize)]
+pub struct Scratch {
+    /// For a coherent mesh.
+    pub coherent: u64,
+    /// For triangles and vertices in random order.
+    pub worst_order: u64,
+}
+
+/// The finished folder.
+#[derive(Clone, Debug, Serialize)]
+pub struct Output {
+    /// Bytes of all files.
+    pub bytes: u64,
+    /// True when something of that name is there already.
+    pub exists: bool,
+    /// The arrays, with one component and no culprits.
+    pub arrays: Vec<Array>,
+}
+
+/// One pass.
+#[derive(Clone, Debug, Serialize)]
+pub struct Pass {
+    /// Its name, as in the report of a build.
+    pub name: &'static str,
+    /// What it counts; empty when nothing.
+    pub unit: &'static str,
+    /// How many.
+    pub units: u64,
+    /// Bytes read, scratch included.
+    pub read: u64,
+    /// Bytes written, scratch included.
+    pub written: u64,
+}
+
+/// Puts a prediction into the form that is printed.
+pub fn predicted(p: &Prediction) -> Predicted {
+    let pass = |pass: &crate::build::PassPrediction| Pass {
+        name: pass.name,
+        unit: pass.unit,
+        units: pass.units,
+        read: pass.io.read,
+        written: pass.io.written,
+    };
+    Predicted {
+        version: 1,
+        format: p.survey.format.name(),
+        input_bytes: p.survey.input_bytes,
+        triangles: p.survey.triangles,
+        vertices: p.survey.vertices,
+        exact: p.survey.exact,
+        index: format!("u{}", p.shape.index),
+        coords: (p.shape.coord > 0).then(|| format!("f{}", p.shape.coord)),
+        welded: p.survey.welded,
+        memory: Memory {
+            budget: p.memory,
+            least: p.least_memory,
+            worst_order: p.worst_memory,
+            accepted: p.check().is_ok(),
+        },
+        chunk_triangles: p.plan.chunk,
+        threads: p.shape.threads,
+        scratch: Scratch {
+            coherent: p.scratch,
+            worst_order: p.worst_scratch,
+        },
+        output: Output {
+            bytes: p.output,
+            exists: p.exists,
+            arrays: array_rows(&p.arrays, p.shape.triangles),
+        },
+        passes: p.passes.iter().map(pass).collect(),
+    }
+}
+
+/// The prediction as text.
+pub fn render_predicted(p: &Predicted) -> String {
+    let mut out = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        out,
+        "a build of this {} of {} would take:\n",
+        p.format,
+        megabytes(p.input_bytes)
+    );
+    let counted = if p.exact { "" } else { "about" };
+    line(&mut out, "triangles", p.triangles, counted);
+    match p.vertices {
+        Some(n) if p.format == "stl" => line(&mut out, "vertices", n, "about, when closed"),
+        Some(n) if p.welded => line(&mut out, "vertices", n, "before the weld"),
+        Some(n) => line(&mut out, "vertices", n, counted),
+        None => {
+            let _ = writeln!(out, "  {:<26}{:>15}  until counted", "vertices", "unknown");
+        }
+    }
+    sizes(&mut out, p);
+    out.push('\n');
+    table_of_arrays(&mut out, &p.output.arrays);
+    let _ = writeln!(
+        out,
+        "\n  pass, for a coherent mesh                      read       written"
+    );
+    for pass in &p.passes {
+        let units = match pass.unit {
+            "" => String::new(),
+            unit => format!("{} {unit}", grouped(pass.units)),
+        };
+        let (read, written) = (megabytes(pass.read), megabytes(pass.written));
+        let _ = writeln!(out, "  {:<14}{units:>24}{read:>14}{written:>14}", pass.name);
+    }
+    out
+}
+
+/// Memory, scratch space and output.
+fn sizes(out: &mut String, p: &Predicted) {
+    let mut row = |name: &str, bytes: u64, remark: &str| {
+        let _ = writeln!(out, "  {name:<26}{:>15}  {remark}", megabytes(bytes));
+    };
+    let verdict = if p.memory.accepted {
+        "the budget; at most 64 MiB more are resident"
+    } else {
+        "the budget, which is too small: the build would be refused"
+    };
+    row("memory", p.memory.budget, verdict);
+    row("  least", p.memory.least, "for a coherent mesh");
+    let worst = "suffices for triangles and vertices in random order";
+    row("  worst order", p.memory.worst_order, worst);
+    row("scratch", p.scratch.coherent, "for a coherent mesh");
+    row("  worst order", p.scratch.worst_order, "");
+    let exists = if p.output.exists {
+        "one component, no culprits; the name is taken: --force would replace it"
+    } else {
+        "one component, no culprits"
+    };
+    row("output", p.output.bytes, exists);
+}
