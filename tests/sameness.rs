@@ -131,7 +131,7 @@ fn the_least_budget_is_accepted_and_less_is_refused() {
         // local components once they are counted, and no third time.
         let mut least = bench.named_least(options, "1KiB");
         let first = [options, &["--memory", &least]].concat();
-        if cornermill(bench.args("refused.ct", &first)).code != 0 {
+        if cornermill(bench.args("least.ct", &first)).code != 0 {
             least = bench.named_least(options, &least);
         }
         bench.build("least.ct", &[options, &["--memory", &least]].concat());

@@ -1,11 +1,12 @@
 //! The builder: the same options as the command line, and the one call that runs a build.
 
-use super::pipeline::{BuildReport, Clock, Wishes, run};
+use super::pipeline::{BuildReport, Clock, Wishes, check_width, run};
 use super::plan::check_least;
 use super::predict::{Prediction, Sizes};
 use super::staging::{Staging, parent};
+use crate::chunk::pair::MAX_CHUNK;
 use crate::disk::{Budget, Counters, NoProgress, Progress, Scratch, Workers, Workspace};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::folder::{self, Orient};
 use crate::input::{self, CoordKind, Endian, Format, IndexKind, Request};
 use std::path::{Path, PathBuf};
@@ -165,7 +166,7 @@ impl Builder {
     /// For tests: triangles of a chunk. The output does not depend on it.
     #[doc(hidden)]
     pub fn chunk_triangles(mut self, triangles: u64) -> Self {
-        self.chunk = Some(triangles.max(1));
+        self.chunk = Some(triangles.clamp(1, MAX_CHUNK));
         self
     }
 
@@ -179,22 +180,25 @@ impl Builder {
     /// Builds the folder `output`.
     ///
     /// # Errors
-    /// [`Error::Usage`] for contradictory options or an existing output, [`Error::Input`] for a
-    /// file that is not what its format demands, [`Error::Budget`] with the least budget that
-    /// would do, [`Error::DiskLimit`], [`Error::Io`].
+    /// [`crate::Error::Usage`] for contradictory options or an existing output, [`crate::Error::Input`] for a
+    /// file that is not what its format demands, [`crate::Error::Budget`] with the least budget that
+    /// would do, [`crate::Error::DiskLimit`], [`crate::Error::Io`].
     pub fn build(&self, output: &Path) -> Result<BuildReport> {
         check_least(self.memory, self.threads.max(1) as u64)?;
-        let staging = Staging::new(output, self.force)?;
+        let mut spare = vec![self.request.path.as_path()];
+        spare.extend(self.request.positions.as_deref());
+        spare.extend(self.tmp.iter().map(PathBuf::as_path));
+        let staging = Staging::new(output, self.force, &spare)?;
         let ws = self.workspace(output)?;
         let mut request = self.request.clone();
         request.g_path = staging.path().join(folder::G);
         request.wide = self.index == Index::U8;
         let mut clock = Clock::new(&ws);
         let mesh = clock.pass("read", "bytes", 0, || input::open(&ws, &request))?;
-        self.check_width(mesh.v.triangles, mesh.g.as_ref().map(|g| g.vertices))?;
         let wishes = Wishes {
             orient: self.orient,
             wide: request.wide,
+            narrow: self.index == Index::U4,
             coords: request.coords,
             chunk: self.chunk,
             buckets: self.buckets,
@@ -208,14 +212,15 @@ impl Builder {
     /// A budget that is too small is no error here: [`Prediction::check`] tells.
     ///
     /// # Errors
-    /// [`Error::Usage`] for contradictory options, standard input and pipes; [`Error::Input`]
-    /// for what the first look shows to be no mesh; [`Error::Io`].
+    /// [`crate::Error::Usage`] for contradictory options, standard input and pipes; [`crate::Error::Input`]
+    /// for what the first look shows to be no mesh; [`crate::Error::Io`].
     pub fn predict(&self, output: &Path) -> Result<Prediction> {
         let mut request = self.request.clone();
         request.wide = self.index == Index::U8;
         let survey = input::survey(&request)?;
         if survey.exact {
-            self.check_width(survey.triangles, survey.vertices)?;
+            let narrow = self.index == Index::U4;
+            check_width(narrow, survey.triangles, survey.vertices.unwrap_or(0))?;
         }
         let sizes = Sizes {
             memory: self.memory,
@@ -242,15 +247,5 @@ impl Builder {
             workers: Workers::new(self.threads)?,
             progress: Arc::clone(&self.progress),
         })
-    }
-
-    fn check_width(&self, triangles: u64, vertices: Option<u64>) -> Result<()> {
-        if self.index == Index::U4 && !folder::fits_u4(triangles, vertices.unwrap_or(0)) {
-            return Err(Error::Usage(format!(
-                "--index u4 cannot number {triangles} triangles and {} vertices; use auto or u8",
-                vertices.unwrap_or(0)
-            )));
-        }
-        Ok(())
     }
 }

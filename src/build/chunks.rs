@@ -8,7 +8,7 @@
 //! to the seam pass with its chunk-local component and flip.
 //!
 //! Memory: [`Shape::chunk_bytes`](super::plan::Shape::chunk_bytes) for each triangle of a chunk
-//! and thread, two writers a thread, 40 bytes a chunk. I/O: V read once, G once when coherent;
+//! and thread, two writers a thread, 64 bytes a chunk. I/O: V read once, G once when coherent;
 //! V, O, component written once; seam records and 16 bytes a local component to scratch.
 
 use super::Job;
@@ -181,7 +181,8 @@ pub fn chunks<I: Index, W: Index, X: Coord>(
 
 /// Bytes of the table of so many chunks.
 pub fn table_bytes(chunks: u64) -> u64 {
-    chunks * (size_of::<ChunkInfo>() as u64 + 8)
+    // With the lists of later passes: a word a chunk for each of three.
+    chunks * (size_of::<ChunkInfo>() as u64 + 24)
 }
 
 impl Chunked {

@@ -80,7 +80,7 @@ pub fn components<I: Index, W: Index, X: Coord>(
     let threads = ws.workers.count() as u64;
     let plan = job.shuffle_plan(size_of::<Piece>(), number);
     let pieces = Shuffle::<Piece>::new(ws, "sums by component", 0..number.max(1), plan)?;
-    let tally = ws.budget.free() / 8 / threads;
+    let tally = ws.budget.free() / 16 / threads;
     let deferred = Deferred {
         job,
         chunked: given.chunked,

@@ -1,6 +1,6 @@
 //! Coordinates: brings G to its place in the new folder, and finds its bounding box.
 //!
-//! Memory: 64 Ki vertices a thread. I/O: G read once; written once unless it lies there.
+//! Memory: 32 Ki vertices a thread. I/O: G read once; written once unless it lies there.
 
 use super::arrays::{CoordReader, OutArray};
 use crate::chunk::grid::Bounds;

@@ -125,8 +125,8 @@ impl Job<'_> {
 
     /// Memory of one thread's sorter when `reserved` bytes more are still to be drawn.
     fn sort_memory(&self, reserved: u64) -> u64 {
-        // An eighth stays free for what a shuffle holds besides its buffers.
-        let free = self.ws.budget.free().saturating_sub(reserved) / 8 * 7;
+        // A quarter stays free for what a shuffle holds besides its buffers.
+        let free = self.ws.budget.free().saturating_sub(reserved) / 4 * 3;
         (free / self.ws.workers.count() as u64).clamp(MIN_SORT, MOST_SORT)
     }
 }

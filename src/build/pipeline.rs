@@ -79,7 +79,10 @@ impl<'a> Clock<'a> {
     ) -> Result<T> {
         let (start, before) = (Instant::now(), self.ws.io.now());
         self.ws.progress.begin(name, unit, total);
+        let usage = || (self.ws.budget.used(), self.ws.scratch.used());
+        self.ws.progress.usage(usage().0, usage().1);
         let done = run();
+        self.ws.progress.usage(usage().0, usage().1);
         self.ws.progress.end();
         let after = self.ws.io.now();
         self.passes.push(PassReport {
@@ -100,6 +103,8 @@ pub struct Wishes {
     pub orient: Orient,
     /// Indices of 8 bytes whatever the counts.
     pub wide: bool,
+    /// Indices of 4 bytes, or none.
+    pub narrow: bool,
     /// Type of the stored coordinates; by default the input's.
     pub coords: Option<CoordKind>,
     /// Triangles of a chunk, for tests.
@@ -133,6 +138,7 @@ pub fn run(
     };
     let vertices = vertex_count(&mut clock, mesh)?;
     let triangles = mesh.v.triangles;
+    check_width(wishes.narrow, triangles, vertices)?;
     let shape = Shape::new(triangles, vertices, wishes.wide, kind, ws.workers.count());
     let plan = Plan::new(&shape, ws.budget.free(), wishes.chunk, wishes.buckets)?;
     let (bounds, g, g_file) = match placed {
@@ -175,18 +181,45 @@ pub fn run(
     })
 }
 
+/// Refuses `--index u4` for a mesh that it cannot number.
+///
+/// # Errors
+/// [`Error::Usage`].
+pub fn check_width(narrow: bool, triangles: u64, vertices: u64) -> Result<()> {
+    if narrow && !folder::fits_u4(triangles, vertices) {
+        return Err(Error::Usage(format!(
+            "--index u4 cannot number {triangles} triangles and {vertices} vertices; \
+             use auto or u8"
+        )));
+    }
+    Ok(())
+}
+
+/// More vertices than any mesh has: ids are packed beside a few bits.
+const MOST_VERTICES: u64 = 1 << 56;
+
 /// N: the rows of G, what the user said, or the largest index plus one.
 fn vertex_count(clock: &mut Clock, mesh: &Mesh) -> Result<u64> {
-    match (&mesh.g, mesh.vertices) {
-        (Some(g), _) => Ok(g.vertices),
-        (None, Some(n)) => Ok(n),
+    let n = match (&mesh.g, mesh.vertices) {
+        (Some(g), _) => g.vertices,
+        (None, Some(n)) => n,
         (None, None) => {
             let ws = clock.ws;
             clock.pass("count ids", "triangles", mesh.v.triangles, || {
                 count_ids(ws, &mesh.v)
-            })
+            })?
         }
+    };
+    if n > MOST_VERTICES {
+        return Err(Error::input(
+            mesh.v.source.data().path(),
+            "",
+            "at most 2^56 vertices",
+            n.to_string(),
+            "the indices or --vertices are wrong (another type or byte order, perhaps)",
+        ));
     }
+    Ok(n)
 }
 
 /// The finished arrays, before they are sealed.
@@ -233,7 +266,7 @@ fn passes<I: Index, W: Index, X: Coord>(
         chunks::<I, W, X>(job, &seam_bits, &grid, &sinks)
     })?;
     drop(seam_bits);
-    check_labels::<W>(job, &chunked)?;
+    check_labels::<W>(job, &chunked, None)?;
     let spilled = chunked.settled.spilled;
     let seamed = clock.pass("seams", "corners", spilled, || {
         seams(job, &chunked, &edges.finish()?, &cuts)
@@ -245,6 +278,9 @@ fn passes<I: Index, W: Index, X: Coord>(
     let labels = clock.pass("stitch", "links", links, || {
         stitch::<W>(job, &chunked, &seamed.links)
     })?;
+    if cuts.records() > 0 {
+        check_labels::<W>(job, &chunked, Some(labels.components))?;
+    }
     let chosen = clock.pass("components", "", 0, || {
         let given = Given {
             chunked: &chunked,
@@ -297,14 +333,17 @@ fn passes<I: Index, W: Index, X: Coord>(
 }
 
 /// Refuses, now that the number of local components is known, a budget that is too small for
-/// their labels.
-fn check_labels<W: Index>(job: &Job, chunked: &Chunked) -> Result<()> {
+/// their labels; and, once the components are counted, for those that non-manifold edges may
+/// join (`joined`).
+fn check_labels<W: Index>(job: &Job, chunked: &Chunked, joined: Option<u64>) -> Result<()> {
     let nodes = *chunked.base.last().unwrap_or(&0);
     let budget = &job.ws.budget;
     let width = W::BYTES as u64;
-    let need = job
-        .shape
-        .least_after_chunks(&job.plan, nodes, width, chunked.table_bytes());
+    let (shape, plan, table) = (&job.shape, &job.plan, chunked.table_bytes());
+    let need = match joined {
+        None => shape.least_after_chunks(plan, nodes, width, table),
+        Some(components) => shape.least_for_cuts(plan, (nodes, components), width, table),
+    };
     let have = budget.limit();
     if need > have {
         return Err(Error::Budget {

@@ -79,7 +79,9 @@ pub fn least(threads: u64) -> u64 {
     };
     // The seam pass sorts, and writes three kinds of records, on every thread.
     let seams = threads * (MIN_SORT + 8 * MIN_WRITER);
-    with_slack(widest.pass_bytes(&plan).max(seams))
+    let after = widest.least_after_chunks(&plan, 0, 8, 0);
+    // What comes after the chunks grows a little with the budget.
+    with_slack(widest.pass_bytes(&plan).max(seams)).max(after + after / 6)
 }
 
 /// Refuses a budget below the least for any mesh.
@@ -153,11 +155,28 @@ impl Shape {
     /// sorters and writers; `table` bytes are the table of chunks. What the writers of two
     /// shuffles may keep in memory is counted whether or not they do.
     pub fn least_after_chunks(&self, plan: &Plan, nodes: u64, width: u64, table: u64) -> u64 {
-        let held = table + 2 * self.threads * plan.writer.min(KEPT);
-        let labels = nodes * width + nodes / 2;
         let again = plan.again * self.again_bytes() + plan.chunk * (self.index + 1);
         let thread = again + MIN_SORT + 6 * MIN_WRITER;
-        held + labels + with_slack(self.threads * thread)
+        self.label_bytes(plan, nodes, width, table) + with_slack(self.threads * thread)
+    }
+
+    /// The least budget for the corners on non-manifold edges, which come after that: a word
+    /// for each of the components that they may join, a sorter and writers on one thread.
+    pub fn least_for_cuts(
+        &self,
+        plan: &Plan,
+        (nodes, components): (u64, u64),
+        width: u64,
+        table: u64,
+    ) -> u64 {
+        let labels = self.label_bytes(plan, nodes, width, table);
+        labels + 8 * components + with_slack(2 * MIN_SORT + 4 * MIN_WRITER)
+    }
+
+    /// What is held from the chunk pass to the end.
+    fn label_bytes(&self, plan: &Plan, nodes: u64, width: u64, table: u64) -> u64 {
+        let held = table + 2 * self.threads * plan.writer.min(KEPT);
+        held + nodes * width + nodes / 2
     }
 
     /// The number of bits for N ids that fits `limit` bits: one each, or a power of two.

@@ -130,7 +130,7 @@ pub fn count_ids(ws: &Workspace, array: &IndexArray) -> Result<u64> {
             let first = unit * STEP;
             let v = reader.read(first, STEP.min(array.triangles - first))?;
             if let Some(&top) = v.iter().max() {
-                most.fetch_max(top + 1, Ordering::Relaxed);
+                most.fetch_max(top.saturating_add(1), Ordering::Relaxed);
             }
             Ok(())
         },
@@ -198,7 +198,10 @@ fn ones(bits: &Seams) -> u64 {
 /// Counts referenced vertices exactly, as many ids at a time as there are bits.
 fn count_by_ranges<I: Index>(job: &Job, bits: &Seams) -> Result<u64> {
     let mut referenced = 0;
-    for from in (0..job.shape.vertices).step_by(bits.bits as usize) {
+    let mut from = 0;
+    // Ranges that no id lies in are skipped, so that ids far apart cost no more passes.
+    while from < job.shape.vertices {
+        let next = AtomicU64::new(u64::MAX);
         bits.words
             .iter()
             .for_each(|w| w.store(0, Ordering::Relaxed));
@@ -207,18 +210,23 @@ fn count_by_ranges<I: Index>(job: &Job, bits: &Seams) -> Result<u64> {
             || Ok(TriangleReader::<I>::new(&job.mesh.v)),
             |reader, chunk| {
                 let (first, count) = job.chunk_range(chunk);
+                let mut beyond = u64::MAX;
                 for id in reader.read(first, count)?.iter().map(|x| x.wide()) {
                     if id >= from && id - from < bits.bits {
                         let bit = id - from;
                         bits.words[(bit / 64) as usize]
                             .fetch_or(1 << (bit % 64), Ordering::Relaxed);
+                    } else if id > from {
+                        beyond = beyond.min(id);
                     }
                 }
+                next.fetch_min(beyond, Ordering::Relaxed);
                 Ok(())
             },
             |_| Ok(()),
         )?;
         referenced += ones(bits);
+        from = next.into_inner();
     }
     Ok(referenced)
 }

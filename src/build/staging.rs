@@ -4,6 +4,7 @@
 //! or is whole. A build that fails removes what it made.
 
 use crate::error::{Error, Result};
+use crate::folder;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -17,16 +18,15 @@ pub struct Staging {
 }
 
 impl Staging {
-    /// Makes the temporary folder for `target`.
+    /// Makes the temporary folder for `target`. `spare` names what must not be replaced with
+    /// it: the files that the build reads, and the folders of its scratch files.
     ///
     /// # Errors
-    /// [`Error::Usage`] when the target exists and `force` is not given; [`Error::Io`].
-    pub fn new(target: &Path, force: bool) -> Result<Staging> {
-        if target.symlink_metadata().is_ok() && !force {
-            return Err(Error::Usage(format!(
-                "{} exists; choose another name with -o, or give --force to replace it",
-                target.display()
-            )));
+    /// [`Error::Usage`] when the target exists and `force` is not given, or is no mesh folder,
+    /// or holds one of `spare`; [`Error::Io`].
+    pub fn new(target: &Path, force: bool, spare: &[&Path]) -> Result<Staging> {
+        if target.symlink_metadata().is_ok() {
+            check_replaceable(target, force, spare)?;
         }
         let name = target.file_name().map(|n| n.to_string_lossy().into_owned());
         let Some(name) = name else {
@@ -56,13 +56,24 @@ impl Staging {
         sync_dir(&self.path)?;
         let mut old = None;
         if self.force && self.target.symlink_metadata().is_ok() {
-            let aside = self.path.with_extension("replaced");
+            let aside = self
+                .path
+                .with_extension(format!("replaced-{}", std::process::id()));
             fs::rename(&self.target, &aside)
                 .map_err(|e| Error::io(&self.target, "put the old one aside", e))?;
             old = Some(aside);
         }
-        fs::rename(&self.path, &self.target)
-            .map_err(|e| Error::io(&self.target, "rename the finished folder to it", e))?;
+        if let Err(e) = fs::rename(&self.path, &self.target) {
+            if let Some(old) = &old {
+                // Best effort: what was there is better than nothing under that name.
+                let _ = fs::rename(old, &self.target);
+            }
+            return Err(Error::io(
+                &self.target,
+                "rename the finished folder to it",
+                e,
+            ));
+        }
         self.done = true;
         sync_dir(parent(&self.target))?;
         match old {
@@ -81,6 +92,26 @@ impl Drop for Staging {
             let _ = fs::remove_dir_all(&self.path);
         }
     }
+}
+
+/// Only a mesh folder is ever replaced, and never with something of this build in it.
+fn check_replaceable(target: &Path, force: bool, spare: &[&Path]) -> Result<()> {
+    let refuse = |why: &str| {
+        let what = format!("{} {why}; choose another name with -o", target.display());
+        Err(Error::Usage(what))
+    };
+    if !force {
+        return refuse("exists (--force replaces a mesh folder)");
+    }
+    if !target.join(folder::MANIFEST).is_file() {
+        return refuse("is no mesh folder, so --force does not replace it");
+    }
+    let real = fs::canonicalize(target).map_err(|e| Error::io(target, "find it", e))?;
+    let holds = |path: &&&Path| fs::canonicalize(path).is_ok_and(|p| p.starts_with(&real));
+    if let Some(path) = spare.iter().find(holds) {
+        return refuse(&format!("holds {}, which this build uses", path.display()));
+    }
+    Ok(())
 }
 
 /// The folder that a path lies in.

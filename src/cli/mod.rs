@@ -56,12 +56,16 @@ pub fn run() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    let done = match cli.command {
-        Command::Build(args) => build::run(&args),
-        Command::Export(args) => export::run(&args),
-        Command::Info(args) => info::run(&args),
-        Command::Verify(args) => verify::run(&args),
+    let command = || match &cli.command {
+        Command::Build(args) => build::run(args),
+        Command::Export(args) => export::run(args),
+        Command::Info(args) => info::run(args),
+        Command::Verify(args) => verify::run(args),
     };
+    // A panic is a fault of this program; its message was printed where it happened.
+    let fault = |_| Err(Error::Internal("the program panicked, see above".into()));
+    let done =
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(command)).unwrap_or_else(fault);
     match done {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),

@@ -127,6 +127,8 @@ struct Open {
     done: AtomicU64,
     start: Instant,
     said: Instant,
+    /// Memory and scratch told last.
+    usage: Option<(u64, u64)>,
 }
 
 impl Lines {
@@ -139,7 +141,7 @@ impl Lines {
         self.open.lock().unwrap_or_else(|e| e.into_inner())
     }
 
-    fn say(&self, event: &str, at: &Open, memory: Option<(u64, u64)>) {
+    fn say(&self, event: &str, at: &Open) {
         let done = at.done.load(Ordering::Relaxed);
         let seconds = at.start.elapsed().as_secs_f64();
         let rate = if seconds > 0.0 {
@@ -152,7 +154,7 @@ impl Lines {
             let line = serde_json::json!({
                 "event": event, "pass": at.pass, "unit": at.unit, "done": done,
                 "total": at.total, "seconds": seconds, "rate": rate, "eta": eta,
-                "memory": memory.map(|m| m.0), "scratch": memory.map(|m| m.1),
+                "memory": at.usage.map(|m| m.0), "scratch": at.usage.map(|m| m.1),
             });
             say!("{line}");
         } else if event == "end" {
@@ -177,8 +179,9 @@ impl Progress for Lines {
             done: AtomicU64::new(0),
             start: now,
             said: now,
+            usage: None,
         };
-        self.say("begin", &at, None);
+        self.say("begin", &at);
         self.open().push(at);
     }
 
@@ -189,18 +192,18 @@ impl Progress for Lines {
     }
 
     fn usage(&self, memory: u64, scratch: u64) {
-        if let Some(at) = self.open().last_mut()
-            && self.json
-            && at.said.elapsed().as_secs_f64() >= 0.5
-        {
-            at.said = Instant::now();
-            self.say("progress", at, Some((memory, scratch)));
+        if let Some(at) = self.open().last_mut() {
+            at.usage = Some((memory, scratch));
+            if self.json && at.said.elapsed().as_secs_f64() >= 0.5 {
+                at.said = Instant::now();
+                self.say("progress", at);
+            }
         }
     }
 
     fn end(&self) {
         if let Some(at) = self.open().pop() {
-            self.say("end", &at, None);
+            self.say("end", &at);
         }
     }
 

@@ -78,7 +78,7 @@ fn workspace() -> Result<Workspace> {
     let io = Arc::new(Counters::default());
     Ok(Workspace {
         budget: Budget::new(16 << 20),
-        scratch: Scratch::new(&[std::env::temp_dir()], 0, &io)?,
+        scratch: Scratch::new(&["".into()], 0, &io)?,
         io,
         workers: Workers::new(1)?,
         progress: Arc::new(NoProgress),

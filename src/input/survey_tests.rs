@@ -109,13 +109,13 @@ fn texts_are_estimated_by_their_faces() {
 
 #[test]
 fn meshes_without_faces_have_no_triangles() {
-    let rows = "element vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+    let rows = "element vertex 0\nproperty float x\nproperty float y\nproperty float z\n\
         element face 0\nproperty list uchar int vertex_index\nend_header\n";
-    let (surveyed, opened) = both("a", &ply("ascii", rows, b"4 5 6\n"), |_| {});
-    assert_eq!((opened, surveyed.triangles), ([0, 1], 0));
-    let file = ply("binary_big_endian", rows, &[0; 12]);
+    let (surveyed, opened) = both("a", &ply("ascii", rows, b""), |_| {});
+    assert_eq!((opened, surveyed.triangles), ([0, 0], 0));
+    let file = ply("binary_big_endian", rows, &[]);
     let (surveyed, opened) = both("a", &file, |_| {});
-    assert_eq!((opened, surveyed.triangles), ([0, 1], 0));
+    assert_eq!((opened, surveyed.triangles), ([0, 0], 0));
     assert!(surveyed.exact);
 }
 
