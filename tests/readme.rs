@@ -152,7 +152,7 @@ fn it_names_the_options_that_there_are() {
     let missing: Vec<_> = known.difference(&named).collect();
     assert!(missing.is_empty(), "not in README.md: {missing:?}");
     // Those of cargo.
-    known.extend(["--release", "--workspace", "--path", "--open"].map(String::from));
+    known.extend(["--bench", "--release", "--workspace", "--path", "--open"].map(String::from));
     let invented: Vec<_> = named.difference(&known).collect();
     assert!(invented.is_empty(), "in README.md alone: {invented:?}");
 }
