@@ -24,13 +24,15 @@ pub mod stitch;
 pub mod tally;
 
 mod builder;
+mod load;
 mod pipeline;
 mod predict;
 mod staging;
 
 pub use builder::{Builder, Index as IndexChoice};
+pub use load::PassPrediction;
 pub use pipeline::{BuildReport, PassReport};
-pub use predict::{PassPrediction, Prediction};
+pub use predict::Prediction;
 pub use staging::parent;
 
 use self::chunks::Chunked;
