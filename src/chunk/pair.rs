@@ -7,6 +7,10 @@
 //! is sorted by the larger vertex, so the corners of one edge stand together and the whole
 //! group is seen before anything is decided.
 //!
+//! In a *cell* (see `build/cells`) all edges are complete: the one edge
+//! of a triangle that belongs elsewhere is left out, and lone edges of triangles that lie
+//! elsewhere are paired like the others.
+//!
 //! Memory: 24 bytes a triangle for lists, 12 for the result, 4 for each local vertex; at most
 //! 12 a triangle for what is handed out. O(C log k) time for lists of k corners.
 
@@ -16,7 +20,8 @@ pub const SPECIAL: u32 = u32::MAX - 3;
 pub const BORDER: u32 = u32::MAX;
 /// The corner faces a non-manifold edge.
 pub const CUT: u32 = u32::MAX - 1;
-/// The corner faces an edge between two seam vertices, settled elsewhere.
+/// The corner faces an edge that is settled elsewhere: between two seam vertices, or of another
+/// cell.
 pub const SEAM: u32 = u32::MAX - 2;
 /// The corner's triangle has a repeated vertex.
 pub const DEGENERATE: u32 = u32::MAX - 3;
@@ -58,74 +63,87 @@ impl Pairs {
     /// Pairs the corners of a chunk. `local` holds the local vertex of each corner, all below
     /// `seam.len()`; `seam[v]` tells whether another chunk names local vertex v too.
     pub fn pair(&mut self, local: &[u32], seam: &[bool]) {
-        self.regular = 0;
-        self.borders = 0;
-        self.nonmanifold = 0;
-        self.inconsistent = 0;
-        self.degenerate = 0;
-        self.seams.clear();
-        self.cuts.clear();
-        // Every entry is written below: by its triangle being degenerate, or by its group.
         self.opposite.resize(local.len(), DEGENERATE);
-        self.count(local, seam.len());
-        self.fill(local);
-        let mut from = 0;
-        for v in 0..seam.len() {
-            let to = self.ends[v] as usize;
-            if to > from {
-                self.settle_list(from, to, seam[v], seam);
-            }
-            from = to;
-        }
+        self.list(seam.len(), &Whole(local));
+        self.settle(seam.len(), |v| seam[v as usize]);
     }
 
-    /// Counts the corners of each list into `ends`, shifted so that filling makes them ends.
-    fn count(&mut self, local: &[u32], span: usize) {
-        self.ends.clear();
-        self.ends.resize(span + 1, 0);
-        for t in local.as_chunks::<3>().0 {
-            let [a, b, c] = *t;
-            if a == b || b == c || c == a {
-                self.degenerate += 1;
-                continue;
-            }
-            self.ends[b.min(c) as usize + 1] += 1;
-            self.ends[c.min(a) as usize + 1] += 1;
-            self.ends[a.min(b) as usize + 1] += 1;
-        }
+    /// Pairs what was dealt to a cell: triangles, of which some have one edge that is settled
+    /// elsewhere (`aside[t]` is 1 + the corner that faces it, else 0), and lone edges of
+    /// triangles elsewhere, as (from, to). Every edge handed in is complete. Corners of the lone
+    /// edges are numbered behind those of the triangles; vertices lie below `span`.
+    pub fn pair_dealt(&mut self, local: &[u32], aside: &[u8], lone: &[u32], span: usize) {
+        self.opposite
+            .resize(local.len() + lone.len() / 2, DEGENERATE);
+        self.list(span, &Dealt { local, aside, lone });
+        self.settle(span, |_| false);
+    }
+
+    /// Lists each corner at the smaller vertex of its edge.
+    fn list(&mut self, span: usize, edges: &impl Edges) {
+        let (ends, opposite) = (&mut self.ends, &mut self.opposite);
+        ends.clear();
+        ends.resize(span + 1, 0);
+        let mut degenerate = 0;
+        // Counted one place up, so that filling makes the sums ends.
+        edges.each(
+            |_, from, to| ends[from.min(to) as usize + 1] += 1,
+            |corner, mark| {
+                opposite[corner as usize] = mark;
+                degenerate += u64::from(mark == DEGENERATE);
+            },
+        );
+        self.degenerate = degenerate / 3;
         let mut sum = 0;
-        for end in &mut self.ends {
+        for end in ends.iter_mut() {
             sum += *end;
             *end = sum;
         }
-        self.lists.resize(sum as usize, 0);
-    }
-
-    fn fill(&mut self, local: &[u32]) {
-        for (t, v) in local.as_chunks::<3>().0.iter().enumerate() {
-            let [a, b, c] = *v;
-            let first = 3 * t as u32;
-            if a == b || b == c || c == a {
-                self.opposite[3 * t..3 * t + 3].fill(DEGENERATE);
-                continue;
-            }
-            for (k, (from, to)) in [(b, c), (c, a), (a, b)].into_iter().enumerate() {
+        let lists = &mut self.lists;
+        lists.resize(sum as usize, 0);
+        edges.each(
+            |corner, from, to| {
                 let (lo, hi, down) = if from < to {
                     (from, to, 0)
                 } else {
                     (to, from, 1)
                 };
-                let end = &mut self.ends[lo as usize];
-                let directed = (first + k as u32) << 1 | down;
-                self.lists[*end as usize] = u64::from(hi) << 32 | u64::from(directed);
+                let end = &mut ends[lo as usize];
+                lists[*end as usize] = u64::from(hi) << 32 | u64::from(corner << 1 | down);
                 *end += 1;
+            },
+            |_, _| (),
+        );
+    }
+
+    /// Settles the listed edges; those between two seam vertices are handed out. Every entry of
+    /// `opposite` is written here, by its group, or was marked when the edges were listed.
+    fn settle(&mut self, span: usize, seam: impl Fn(u32) -> bool) {
+        self.regular = 0;
+        self.borders = 0;
+        self.nonmanifold = 0;
+        self.inconsistent = 0;
+        self.seams.clear();
+        self.cuts.clear();
+        let mut from = 0;
+        for v in 0..span {
+            let to = self.ends[v] as usize;
+            if to > from {
+                self.settle_list(from, to, seam(v as u32), &seam);
             }
+            from = to;
         }
     }
 
     /// Settles the edges of one vertex, listed at `from..to`.
     #[inline]
-    fn settle_list(&mut self, from: usize, to: usize, lo_is_seam: bool, seam: &[bool]) {
+    fn settle_list(
+        &mut self,
+        from: usize,
+        to: usize,
+        lo_is_seam: bool,
+        seam: &impl Fn(u32) -> bool,
+    ) {
         sort_small(&mut self.lists[from..to]);
         let mut at = from;
         while at < to {
@@ -134,7 +152,7 @@ impl Pairs {
             while end < to && self.lists[end] >> 32 == hi {
                 end += 1;
             }
-            if lo_is_seam && seam[hi as usize] {
+            if lo_is_seam && seam(hi as u32) {
                 for i in at..end {
                     let directed = self.lists[i] as u32;
                     self.opposite[(directed >> 1) as usize] = SEAM;
@@ -172,6 +190,62 @@ impl Pairs {
                 }
                 self.nonmanifold += 1;
             }
+        }
+    }
+}
+
+/// The corners to be paired, with the edges that they face.
+trait Edges {
+    /// Hands each corner with its edge (from, to) to `edge`, and each that faces none to be
+    /// paired here to `aside`, with what it has instead. Always in the same order.
+    fn each(&self, edge: impl FnMut(u32, u32, u32), aside: impl FnMut(u32, u32));
+}
+
+/// All corners of a chunk.
+struct Whole<'a>(&'a [u32]);
+
+impl Edges for Whole<'_> {
+    #[inline]
+    fn each(&self, mut edge: impl FnMut(u32, u32, u32), mut aside: impl FnMut(u32, u32)) {
+        for (t, v) in self.0.as_chunks::<3>().0.iter().enumerate() {
+            let [a, b, c] = *v;
+            let first = 3 * t as u32;
+            if a == b || b == c || c == a {
+                (first..first + 3).for_each(|corner| aside(corner, DEGENERATE));
+                continue;
+            }
+            edge(first, b, c);
+            edge(first + 1, c, a);
+            edge(first + 2, a, b);
+        }
+    }
+}
+
+/// What was dealt to a cell: see [`Pairs::pair_dealt`].
+struct Dealt<'a> {
+    local: &'a [u32],
+    aside: &'a [u8],
+    lone: &'a [u32],
+}
+
+impl Edges for Dealt<'_> {
+    #[inline]
+    fn each(&self, mut edge: impl FnMut(u32, u32, u32), mut aside: impl FnMut(u32, u32)) {
+        let rows = self.local.as_chunks::<3>().0;
+        for (t, (v, &out)) in rows.iter().zip(self.aside).enumerate() {
+            let first = 3 * t as u32;
+            let [a, b, c] = *v;
+            for (k, (from, to)) in [(b, c), (c, a), (a, b)].into_iter().enumerate() {
+                if out as usize == k + 1 {
+                    aside(first + k as u32, SEAM);
+                } else {
+                    edge(first + k as u32, from, to);
+                }
+            }
+        }
+        let corners = self.local.len() as u32..;
+        for (corner, &[from, to]) in corners.zip(self.lone.as_chunks::<2>().0) {
+            edge(corner, from, to);
         }
     }
 }
@@ -228,6 +302,24 @@ mod tests {
         let pairs = pair(&fan, &[true, true, false, false, false]);
         assert_eq!(pairs.seams, [2 << 1, 5 << 1, 8 << 1]);
         assert_eq!((pairs.nonmanifold, pairs.opposite[5]), (0, SEAM));
+    }
+
+    #[test]
+    fn lone_edges_pair_like_others_and_edges_aside_do_not() {
+        let mut pairs = Pairs::default();
+        pairs.pair(&[0, 1, 2, 2, 1, 3, 1, 1, 0], &[true; 4]);
+        // Triangles 0 1 2 and 0 2 3, whose edges 1 2 and 2 3 lie elsewhere; of triangles that lie
+        // elsewhere the edges 1 0 and, the same way round as here, 3 0.
+        pairs.pair_dealt(&[0, 1, 2, 3, 0, 2], &[1, 2], &[1, 0, 3, 0], 4);
+        let own = |slot: u32, parity: u32| slot << 1 | parity;
+        assert_eq!(pairs.opposite[..3], [SEAM, own(3, 0), own(6, 0)]);
+        assert_eq!(pairs.opposite[3..6], [own(1, 0), SEAM, own(7, 1)]);
+        assert_eq!(pairs.opposite[6..], [own(2, 0), own(5, 1)]);
+        assert_eq!((pairs.regular, pairs.inconsistent), (3, 1));
+        assert_eq!((pairs.borders, pairs.degenerate), (0, 0));
+        // Three corners, of which two are lone.
+        pairs.pair_dealt(&[0, 1, 2], &[0], &[0, 1, 1, 0], 3);
+        assert_eq!(pairs.opposite, [BORDER, BORDER, CUT, CUT, CUT]);
     }
 
     #[test]

@@ -9,7 +9,7 @@
 //! Memory: 4 bytes a triangle for the result, at most 4 for the stack, [`Local`] for each local
 //! component. O(C) time, no recursion.
 
-use super::pair::{BORDER, DEGENERATE, SPECIAL};
+use super::pair::{BORDER, DEGENERATE};
 
 /// Of a degenerate triangle: in no component.
 pub const NO_COMPONENT: u32 = u32::MAX;
@@ -42,7 +42,8 @@ pub struct Swirl {
 }
 
 impl Swirl {
-    /// Walks a chunk whose corners were paired into `opposite`.
+    /// Walks a chunk whose corners were paired into `opposite`; opposites beyond its end (lone
+    /// edges of a cell) are not walked to.
     pub fn walk(&mut self, opposite: &[u32]) {
         let triangles = opposite.len() / 3;
         self.components.clear();
@@ -72,12 +73,13 @@ impl Swirl {
     fn walk_from(&mut self, seed: u32, opposite: &[u32]) -> bool {
         let name = (self.components.len() as u32) << 1;
         let mut conflict = false;
+        let end = 2 * opposite.len() as u32;
         self.label[seed as usize] = name;
         self.stack.push(seed);
         while let Some(t) = self.stack.pop() {
             let own = self.label[t as usize];
             for &o in &opposite[3 * t as usize..3 * t as usize + 3] {
-                if o >= SPECIAL {
+                if o >= end {
                     continue;
                 }
                 let across = o / 6;

@@ -139,6 +139,41 @@ impl<R: Record> Buckets<R> {
         sorter: &mut Sorter<R>,
         sink: &mut dyn FnMut(&[R]) -> Result<()>,
     ) -> Result<()> {
+        self.consume(b, |bucket| sorter.sort(bucket, sink))
+    }
+
+    /// Number of records in bucket `b`.
+    pub fn records_of(&self, b: u64) -> u64 {
+        self.bucket(b).records()
+    }
+
+    /// Fills `into` with the records of bucket `b` in no order. The caller has leased memory for
+    /// [`records_of`](Buckets::records_of) it.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] when the bucket was read before or does not exist; [`Error::Io`].
+    pub fn unsorted(&self, b: u64, into: &mut Vec<R>) -> Result<()> {
+        self.consume(b, |bucket| {
+            into.resize(bucket.records() as usize, R::zeroed());
+            bucket.load(into)
+        })
+    }
+
+    /// Hands the records of bucket `b` in no order to `each`, in slices of at most `block`.
+    ///
+    /// # Errors
+    /// As [`unsorted`](Buckets::unsorted), and those of `each`.
+    pub fn streamed(
+        &self,
+        b: u64,
+        block: &mut [R],
+        each: &mut dyn FnMut(&[R]) -> Result<()>,
+    ) -> Result<()> {
+        self.consume(b, |bucket| bucket.stream(block, each))
+    }
+
+    /// Hands out bucket `b`, once, and frees its file when it was the last one in it.
+    fn consume<T>(&self, b: u64, read: impl FnOnce(&Bucket<R>) -> Result<T>) -> Result<T> {
         let taken = self.taken.get(b as usize);
         if taken.is_none_or(|t| t.swap(true, Ordering::Relaxed)) {
             return Err(Error::Internal(format!(
@@ -146,21 +181,24 @@ impl<R: Record> Buckets<R> {
                 self.count()
             )));
         }
-        let shared = &self.files[(b >> self.layout.file_shift) as usize];
-        let bucket = Bucket {
-            file: lock(shared).file.clone(),
-            extents: part_of(&self.extents, b),
-            kept: &self.kept,
-            b,
-        };
-        let done = sorter.sort(&bucket, sink);
-        drop(bucket);
-        let mut shared = lock(shared);
+        let done = read(&self.bucket(b));
+        let mut shared = lock(&self.files[(b >> self.layout.file_shift) as usize]);
         shared.unread -= 1;
         if shared.unread == 0 {
             shared.file = None;
         }
         done
+    }
+
+    fn bucket(&self, b: u64) -> Bucket<'_, R> {
+        Bucket {
+            file: lock(&self.files[(b >> self.layout.file_shift) as usize])
+                .file
+                .clone(),
+            extents: part_of(&self.extents, b),
+            kept: &self.kept,
+            b,
+        }
     }
 
     /// As [`sorted`](Buckets::sorted), for all buckets in order.

@@ -226,9 +226,19 @@ impl<R: Record> Writer<'_, R> {
     /// buffer may say.
     #[inline]
     pub fn push(&mut self, record: R) -> Result<()> {
-        let offset = record.key(0).wrapping_sub(self.start);
+        self.push_at(record.key(0), record)
+    }
+
+    /// Takes a record as if its key of level 0 were `key`, for readers that take whole buckets:
+    /// [`Buckets::unsorted`] and [`Buckets::streamed`].
+    ///
+    /// # Errors
+    /// As [`push`](Writer::push).
+    #[inline]
+    pub fn push_at(&mut self, key: u64, record: R) -> Result<()> {
+        let offset = key.wrapping_sub(self.start);
         if offset >= self.width {
-            return Err(self.out_of_range(record.key(0)));
+            return Err(self.out_of_range(key));
         }
         let bucket = (offset >> self.shift) as usize;
         if self.slots[bucket].next == self.slots[bucket].end {
