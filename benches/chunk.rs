@@ -152,7 +152,7 @@ fn measures(c: &mut Criterion) {
     swirl.walk(&paired().opposite);
     let mut measurer = Measurer::default();
     let mut out = [Measure::default()];
-    measurer.measure(&grid, &local, &swirl.label, &positions, &mut out);
+    measurer.measure(&grid, &local, &swirl.label, &positions, &[], &mut out);
     // From the corner of the box, the origin, every triangle spans the same: the determinant of
     // (i, j, k), i + j + k = 512, with the steps (1, 0, -1) and (1, 1, -2).
     let one = f64::from(2 * SIDE);
@@ -170,7 +170,14 @@ fn measures(c: &mut Criterion) {
     group.bench_function("one component", |b| {
         b.iter(|| {
             let mut out = [Measure::default()];
-            measurer.measure(&grid, black_box(&local), &swirl.label, &positions, &mut out);
+            measurer.measure(
+                &grid,
+                black_box(&local),
+                &swirl.label,
+                &positions,
+                &[],
+                &mut out,
+            );
             out
         });
     });

@@ -4,6 +4,7 @@ use super::pipeline::{BuildReport, Clock, Wishes, check_width, run};
 use super::plan::check_least;
 use super::predict::{Prediction, Sizes};
 use super::staging::{Staging, parent};
+use super::way::Strategy;
 use crate::chunk::pair::MAX_CHUNK;
 use crate::disk::{Budget, Counters, NoProgress, Progress, Scratch, Workers, Workspace};
 use crate::error::Result;
@@ -39,6 +40,7 @@ pub struct Builder {
     force: bool,
     chunk: Option<u64>,
     buckets: Option<usize>,
+    strategy: Strategy,
     progress: Arc<dyn Progress>,
 }
 
@@ -69,6 +71,7 @@ impl Builder {
             force: false,
             chunk: None,
             buckets: None,
+            strategy: Strategy::Auto,
             progress: Arc::new(NoProgress),
         }
     }
@@ -177,6 +180,13 @@ impl Builder {
         self
     }
 
+    /// For tests: the way to go. The output does not depend on it.
+    #[doc(hidden)]
+    pub fn strategy(mut self, strategy: Strategy) -> Self {
+        self.strategy = strategy;
+        self
+    }
+
     /// Builds the folder `output`.
     ///
     /// # Errors
@@ -202,6 +212,7 @@ impl Builder {
             coords: request.coords,
             chunk: self.chunk,
             buckets: self.buckets,
+            strategy: self.strategy,
         };
         run(clock, &mesh, &wishes, staging)
     }

@@ -15,13 +15,14 @@ use super::Job;
 use super::arrays::{CoordReader, OutArray, TriangleReader, bad_index};
 use super::records::{EdgeCorner, LocalCount, MeasureRecord};
 use super::scan::Seams;
+use super::scratch_items;
 use crate::chunk::grid::Grid;
 use crate::chunk::ids::LocalIds;
 use crate::chunk::measure::{Coord, Measure, Measurer};
 use crate::chunk::pair::{Pairs, SPECIAL};
 use crate::chunk::swirl::{NO_COMPONENT, Swirl};
 use crate::corner::{Index, flip_k, next_k, prev_k};
-use crate::disk::{Lease, ScratchFile};
+use crate::disk::{Lease, ScratchFile, Workspace};
 use crate::error::Result;
 use crate::shuffle::{Shuffle, Writer};
 use std::sync::Mutex;
@@ -186,6 +187,26 @@ pub fn table_bytes(chunks: u64) -> u64 {
 }
 
 impl Chunked {
+    /// Hands the numbers of local components that contradict themselves to `mark`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Budget`], [`crate::Error::Io`].
+    pub fn conflicts(&self, ws: &Workspace, mark: &mut dyn FnMut(u64)) -> Result<()> {
+        for (info, &base) in self.infos.iter().zip(&self.base) {
+            let bytes = u64::from(info.locals) * size_of::<LocalCount>() as u64;
+            let mut numbers = base..;
+            scratch_items(ws, &self.counts, info.counts_at, bytes, &mut |counts| {
+                for (count, number) in (counts as &[LocalCount]).iter().zip(&mut numbers) {
+                    if count.borders & LocalCount::CONFLICT != 0 {
+                        mark(number);
+                    }
+                }
+                Ok(())
+            })?;
+        }
+        Ok(())
+    }
+
     /// Bytes of the table of chunks.
     pub fn table_bytes(&self) -> u64 {
         self.lease.bytes()
@@ -344,6 +365,7 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
             ids.local(),
             &swirl.label,
             positions,
+            &[],
             &mut self.measures,
         );
         self.records.clear();
@@ -356,7 +378,8 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
 }
 
 impl Settled {
-    fn add(&mut self, pairs: &Pairs) {
+    /// Counts what was paired.
+    pub(super) fn add(&mut self, pairs: &Pairs) {
         self.regular += pairs.regular;
         self.borders += pairs.borders;
         self.nonmanifold += pairs.nonmanifold;

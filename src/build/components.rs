@@ -15,6 +15,7 @@ use super::Job;
 use super::arrays::OutArray;
 use super::chunks::Chunked;
 use super::deferred::{Deferred, measure_deferred};
+use super::nodes::Nodes;
 use super::records::{EdgeCorner, LocalCount, MeasureRecord};
 use super::scratch_items;
 use super::stitch::{Bits, Labels, Union};
@@ -40,14 +41,24 @@ pub struct Chosen {
 
 /// What the pass works with.
 pub struct Given<'a, W: Index> {
-    /// Chunks.
-    pub chunked: &'a Chunked,
+    /// Numbers of the local components.
+    pub nodes: Nodes<'a>,
     /// Components of the local components.
     pub labels: &'a Labels<W>,
     /// Local components of border edges at seams.
     pub borders: &'a ScratchFile,
     /// Corners on non-manifold edges.
     pub cuts: &'a Buckets<EdgeCorner<W>>,
+    /// The grid of volumes.
+    pub grid: &'a Grid,
+}
+
+/// What the chunks counted and measured, with what it takes to measure the rest.
+pub struct ChunkSums<'a, W: Index> {
+    /// Chunks.
+    pub chunked: &'a Chunked,
+    /// Components of the local components.
+    pub labels: &'a Labels<W>,
     /// Local labels of the triangles.
     pub component: &'a OutArray,
     /// The grid of volumes.
@@ -66,14 +77,16 @@ impl Record for Side {
     }
 }
 
-/// Runs the pass; fills in the counts that it knows.
+/// Runs the pass; fills in the counts that it knows. `sum` adds up what local components counted
+/// and measured, with tables of so many bytes a thread.
 ///
 /// # Errors
 /// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`].
-pub fn components<I: Index, W: Index, X: Coord>(
+pub fn components<W: Index>(
     job: &Job,
     given: &Given<W>,
     counts: &mut Counts,
+    sum: impl FnOnce(&Shuffle<Piece>, u64) -> Result<()>,
 ) -> Result<Chosen> {
     let ws = job.ws;
     let number = given.labels.components;
@@ -81,19 +94,7 @@ pub fn components<I: Index, W: Index, X: Coord>(
     let plan = job.shuffle_plan(size_of::<Piece>(), number);
     let pieces = Shuffle::<Piece>::new(ws, "sums by component", 0..number.max(1), plan)?;
     let tally = ws.budget.free() / 16 / threads;
-    let deferred = Deferred {
-        job,
-        chunked: given.chunked,
-        labels: given.labels,
-        grid: given.grid,
-        component: given.component,
-        pieces: &pieces,
-        tally,
-    };
-    if let Some(g) = &job.g {
-        measure_deferred::<I, W, X>(&deferred, g)?;
-    }
-    sum_chunks(job, given, &pieces, tally)?;
+    sum(&pieces, tally)?;
     let cuts = ws.scratch.file("sorted corners of non-manifold edges")?;
     sum_seams(job, given, &pieces, tally, &cuts, counts)?;
     let pieces = pieces.finish()?;
@@ -195,14 +196,29 @@ fn count(row: &ComponentRow, counts: &mut Counts) {
     counts.flipped_components += u64::from(row.flipped == row.triangles);
 }
 
-/// Sums what the chunks counted and measured.
-fn sum_chunks<W: Index>(
+/// Sums what the chunks counted and measured, and measures what they left.
+///
+/// # Errors
+/// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`].
+pub fn sum_chunks<I: Index, W: Index, X: Coord>(
     job: &Job,
-    given: &Given<W>,
+    given: &ChunkSums<W>,
     pieces: &Shuffle<Piece>,
     memory: u64,
 ) -> Result<()> {
     let (ws, chunked) = (job.ws, given.chunked);
+    if let Some(g) = &job.g {
+        let deferred = Deferred {
+            job,
+            chunked,
+            labels: given.labels,
+            grid: given.grid,
+            component: given.component,
+            pieces,
+            tally: memory,
+        };
+        measure_deferred::<I, W, X>(&deferred, g)?;
+    }
     ws.workers.run(
         chunked.infos.len() as u64,
         || Tally::new(&ws.budget, memory, given.labels.components, pieces),
@@ -261,7 +277,8 @@ fn sum_seams<W: Index>(
         given.borders.len(),
         &mut |locals: &[W]| {
             for local in locals {
-                tally.at(labels.get(local.wide()).0)?.borders += 1;
+                let node = given.nodes.number(local.wide());
+                tally.at(labels.get(node).0)?.borders += 1;
             }
             Ok(())
         },
@@ -301,7 +318,7 @@ fn sum_cuts<W: Index>(
     given.cuts.sorted_all(&mut sorter, &mut |batch| {
         sorted.append(bytemuck::cast_slice(batch))?;
         for corner in batch {
-            let (component, flip) = labels.get(job.local_component(given.chunked, corner));
+            let (component, flip) = labels.get(given.nodes.of_corner(corner));
             if edge != Some(corner.edge()) {
                 edge = Some(corner.edge());
                 ordinal += 1;

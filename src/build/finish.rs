@@ -17,6 +17,7 @@ use super::arrays::OutArray;
 use super::chunks::Chunked;
 use super::components::Chosen;
 use super::deferred::ChunkLabels;
+use super::nodes::Nodes;
 use super::records::{EdgeCorner, Patch};
 use super::scratch_items;
 use super::stitch::Labels;
@@ -42,8 +43,8 @@ pub struct Tables<'a> {
 
 /// What was found and decided.
 pub struct Found<'a, W> {
-    /// Chunks.
-    pub chunked: &'a Chunked,
+    /// Numbers of the local components.
+    pub nodes: Nodes<'a>,
     /// Components of the local components.
     pub labels: &'a Labels<W>,
     /// Orientations.
@@ -86,9 +87,14 @@ fn chunks_per_unit(chunk: u64) -> u64 {
 ///
 /// # Errors
 /// [`crate::Error::Budget`], [`crate::Error::Io`].
-pub fn apply<I: Index, W: Index>(job: &Job, found: &Found<W>, tables: &Tables) -> Result<()> {
+pub fn apply<I: Index, W: Index>(
+    job: &Job,
+    chunked: &Chunked,
+    found: &Found<W>,
+    tables: &Tables,
+) -> Result<()> {
     let ws = job.ws;
-    let infos = &found.chunked.infos;
+    let infos = &chunked.infos;
     let per_unit = chunks_per_unit(job.plan.chunk);
     let threads = ws.workers.count() as u64;
     let bytes = job.plan.chunk * (ChunkLabels::<I>::BYTES + 4 * I::BYTES as u64 + 1)
@@ -119,7 +125,7 @@ pub fn apply<I: Index, W: Index>(job: &Job, found: &Found<W>, tables: &Tables) -
             thread.bits.clear();
             for chunk in chunks {
                 let before = degenerate_before[chunk as usize];
-                thread.chunk(job, found, tables, chunk, first, before)?;
+                thread.chunk(job, (chunked, found), tables, chunk, (first, before))?;
                 ws.progress.advance(job.chunk_range(chunk).1);
                 ws.progress.usage(ws.budget.used(), ws.scratch.used());
             }
@@ -136,14 +142,13 @@ impl<I: Index> Thread<I> {
     fn chunk<W: Index>(
         &mut self,
         job: &Job,
-        found: &Found<W>,
+        (chunked, found): (&Chunked, &Found<W>),
         tables: &Tables,
         chunk: u64,
-        unit_first: u64,
-        degenerate_before: u64,
+        (unit_first, degenerate_before): (u64, u64),
     ) -> Result<()> {
-        let info = &found.chunked.infos[chunk as usize];
-        let base = found.chunked.base[chunk as usize];
+        let info = &chunked.infos[chunk as usize];
+        let base = chunked.base[chunk as usize];
         let locals = base..base + u64::from(info.locals);
         let relabel = locals.clone().any(|l| found.labels.get(l).0 != l - base);
         let turn = locals.clone().any(|l| match found.turn(job, l) {
@@ -155,8 +160,7 @@ impl<I: Index> Thread<I> {
             return Ok(());
         }
         let (first, count) = job.chunk_range(chunk);
-        self.labels
-            .load(job, found.chunked, tables.component, chunk)?;
+        self.labels.load(job, chunked, tables.component, chunk)?;
         if flips {
             self.decide(job, found, base);
             self.set_bits((first - unit_first) as usize);
@@ -403,7 +407,7 @@ pub fn list_cuts<I: Index, W: Index>(
             rows.drain(..complete);
             ids.clear();
             for corner in batch {
-                let turn = found.turn(job, job.local_component(found.chunked, corner));
+                let turn = found.turn(job, found.nodes.of_corner(corner));
                 let flipped = turn.is_some_and(|turn| turn ^ corner.flipped());
                 let place = flip_k(corner.place() as usize, flipped) as u64;
                 let id = 3 * corner.triangle() + place;

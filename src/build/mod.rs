@@ -10,12 +10,15 @@
 //!
 //! Passes meet only in files and records ([`records`]); this module hands them on.
 
+pub mod appender;
 pub mod arrays;
+pub mod cells;
 pub mod chunks;
 pub mod components;
 pub mod coords;
 pub mod deferred;
 pub mod finish;
+pub mod nodes;
 pub mod plan;
 pub mod records;
 pub mod scan;
@@ -24,21 +27,23 @@ pub mod stitch;
 pub mod tally;
 
 mod builder;
+mod by_cells;
+mod in_order;
 mod load;
 mod pipeline;
 mod predict;
 mod staging;
+mod tail;
+mod way;
 
 pub use builder::{Builder, Index as IndexChoice};
 pub use load::PassPrediction;
 pub use pipeline::{BuildReport, PassReport};
 pub use predict::Prediction;
 pub use staging::parent;
+pub use way::Strategy;
 
-use self::chunks::Chunked;
 use self::plan::{MIN_SORT, Plan, Shape};
-use self::records::EdgeCorner;
-use crate::corner::Index;
 use crate::disk::{Lease, ScratchFile, Workspace};
 use crate::error::Result;
 use crate::folder::Orient;
@@ -62,6 +67,8 @@ pub struct Job<'a> {
     pub dir: &'a Path,
     /// How to orient.
     pub orient: Orient,
+    /// Which way to go.
+    pub strategy: Strategy,
 }
 
 /// The most memory that one sorter takes: more would leave the cache and gain nothing.
@@ -87,12 +94,6 @@ impl Job<'_> {
     /// True when V and O are written with flips applied.
     pub fn applies_flips(&self) -> bool {
         self.orient != Orient::Keep
-    }
-
-    /// Number through the mesh of the local component of a spilled corner.
-    #[inline]
-    pub fn local_component<W: Index>(&self, chunked: &Chunked, corner: &EdgeCorner<W>) -> u64 {
-        chunked.base[(corner.triangle() / self.plan.chunk) as usize] + corner.local()
     }
 
     /// Draws the scratch memory of all threads for one chunk each.

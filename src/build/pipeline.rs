@@ -1,24 +1,21 @@
 //! The order of the passes, what each hands to the next, and what each cost.
 
 use super::arrays::OutArray;
-use super::chunks::{Chunked, Settled, Sinks, chunks};
-use super::components::{Given, components};
+use super::by_cells::by_cells;
 use super::coords::{Placed, place};
-use super::finish::{Found, Tables, apply, fill, list_cuts};
+use super::in_order::in_order;
 use super::plan::{Plan, Shape};
-use super::records::{EdgeCorner, Patch, narrow};
-use super::scan::{count_ids, scan};
-use super::seams::{Seamed, seams};
-use super::stitch::stitch;
+use super::records::narrow;
+use super::scan::count_ids;
+use super::way::{Strategy, Way, choose};
 use super::{Job, staging::Staging};
-use crate::chunk::grid::{Bounds, Grid};
+use crate::chunk::grid::Bounds;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
 use crate::disk::{DataFile, IoCount, Workspace};
 use crate::error::{Error, Result};
 use crate::folder::{self, Counts, FileEntry, Manifest, Orient};
 use crate::input::{CoordKind, Mesh};
-use crate::shuffle::Shuffle;
 use std::time::Instant;
 
 /// What one pass cost.
@@ -111,6 +108,8 @@ pub struct Wishes {
     pub chunk: Option<u64>,
     /// Buckets of a shuffle, for tests.
     pub buckets: Option<usize>,
+    /// Which way to go, for tests.
+    pub strategy: Strategy,
 }
 
 /// Builds the folder in `staging` from an opened mesh, seals it and puts it in its place.
@@ -157,6 +156,7 @@ pub fn run(
         plan,
         dir: staging.path(),
         orient: wishes.orient,
+        strategy: wishes.strategy,
     };
     let doubles = kind == Some(CoordKind::F8);
     let built = match (shape.index == 8, narrow(triangles, vertices), doubles) {
@@ -223,184 +223,37 @@ fn vertex_count(clock: &mut Clock, mesh: &Mesh) -> Result<u64> {
 }
 
 /// The finished arrays, before they are sealed.
-struct Built {
-    files: Vec<OutArray>,
-    counts: Counts,
-    seam_corners: u64,
-    local_components: u64,
+pub struct Built {
+    /// All but G.
+    pub files: Vec<OutArray>,
+    /// What was counted.
+    pub counts: Counts,
+    /// Corners that went to the seam pass.
+    pub seam_corners: u64,
+    /// Local components before stitching.
+    pub local_components: u64,
 }
 
+/// The passes between the scan and the seal, by the way that suits the mesh and the budget.
 fn passes<I: Index, W: Index, X: Coord>(
     clock: &mut Clock,
     job: &Job,
     bounds: &Bounds,
 ) -> Result<Built> {
-    let (ws, t) = (job.ws, job.shape.triangles);
-    let create =
-        |name, shape: &[u64], row| OutArray::create(job.dir, name, I::DESCR, shape, row, &ws.io);
-    let row = 3 * I::BYTES as u64;
-    let v = create(folder::V, &[t, 3], row)?;
-    let o = create(folder::O, &[t, 3], row)?;
-    let component = create(folder::COMPONENT, &[t], I::BYTES as u64)?;
-    let grid = Grid::new(bounds);
-    let (seam_bits, unreferenced) = clock.pass("scan", "triangles", t, || scan::<I>(job))?;
-    let n = job.shape.vertices.max(1);
-    let record = size_of::<EdgeCorner<W>>();
-    // A surface has about three edges a vertex, each with two corners.
-    let expected = (6 * seam_bits.count()).min(3 * t);
-    let edges = Shuffle::new(ws, "seam corners", 0..n, job.shuffle_plan(record, expected))?;
-    let cuts = Shuffle::new(
-        ws,
-        "non-manifold corners",
-        0..n,
-        job.shuffle_plan(record, t / 64),
-    )?;
-    let chunked = clock.pass("chunks", "triangles", t, || {
-        let sinks = Sinks {
-            edges: &edges,
-            cuts: &cuts,
-            v: &v,
-            o: &o,
-            component: &component,
+    let mut way = choose::<I>(job)?;
+    loop {
+        let next = match way {
+            Way::InOrder { whatever } => match in_order::<I, W, X>(clock, job, bounds, whatever)? {
+                Ok(built) => return Ok(built),
+                Err(next) => next,
+            },
+            Way::Cells(kind) => match by_cells::<I, W, X>(clock, job, bounds, kind)? {
+                Ok(built) => return Ok(built),
+                Err(next) => next,
+            },
         };
-        chunks::<I, W, X>(job, &seam_bits, &grid, &sinks)
-    })?;
-    drop(seam_bits);
-    check_labels::<W>(job, &chunked, None)?;
-    let spilled = chunked.settled.spilled;
-    let seamed = clock.pass("seams", "corners", spilled, || {
-        seams(job, &chunked, &edges.finish()?, &cuts)
-    })?;
-    let cuts = cuts.finish()?;
-    let mut counts = tally_edges(job, &chunked, &seamed, bounds, cuts.records(), unreferenced);
-    conserve(t, &counts, spilled, &seamed.settled, cuts.records())?;
-    let links = seamed.links.len() / (2 * W::BYTES as u64);
-    let labels = clock.pass("stitch", "links", links, || {
-        stitch::<W>(job, &chunked, &seamed.links)
-    })?;
-    if cuts.records() > 0 {
-        check_labels::<W>(job, &chunked, Some(labels.components))?;
+        way = next;
     }
-    let chosen = clock.pass("components", "", 0, || {
-        let given = Given {
-            chunked: &chunked,
-            labels: &labels,
-            borders: &seamed.borders,
-            cuts: &cuts,
-            component: &component,
-            grid: &grid,
-        };
-        components::<I, W, X>(job, &given, &mut counts)
-    })?;
-    drop(cuts);
-    let flipped = OutArray::create(job.dir, folder::FLIPPED, "|u1", &[t.div_ceil(8)], 1, &ws.io)?;
-    let degenerate = create(folder::DEGENERATE, &[counts.degenerate], I::BYTES as u64)?;
-    let tables = Tables {
-        v: &v,
-        o: &o,
-        component: &component,
-        flipped: &flipped,
-        degenerate: &degenerate,
-    };
-    let found = Found {
-        chunked: &chunked,
-        labels: &labels,
-        chosen: &chosen,
-    };
-    let patches: &crate::shuffle::Buckets<Patch<W>> = &seamed.patches;
-    let lists = clock.pass("finish", "items", t + patches.records(), || {
-        apply::<I, W>(job, &found, &tables)?;
-        fill::<I, W>(job, &found, patches, &tables, counts.flipped_triangles > 0)?;
-        list_cuts::<I, W>(job, &found, &chosen.cuts, counts.nonmanifold_edges)
-    })?;
-    let local_components = *chunked.base.last().unwrap_or(&0);
-    let [cut_edges, cut_corners] = lists;
-    Ok(Built {
-        files: vec![
-            v,
-            o,
-            component,
-            flipped,
-            chosen.table,
-            cut_edges,
-            cut_corners,
-            degenerate,
-        ],
-        counts,
-        seam_corners: spilled,
-        local_components,
-    })
-}
-
-/// Refuses, now that the number of local components is known, a budget that is too small for
-/// their labels; and, once the components are counted, for those that non-manifold edges may
-/// join (`joined`).
-fn check_labels<W: Index>(job: &Job, chunked: &Chunked, joined: Option<u64>) -> Result<()> {
-    let nodes = *chunked.base.last().unwrap_or(&0);
-    let budget = &job.ws.budget;
-    let width = W::BYTES as u64;
-    let (shape, plan, table) = (&job.shape, &job.plan, chunked.table_bytes());
-    let need = match joined {
-        None => shape.least_after_chunks(plan, nodes, width, table),
-        Some(components) => shape.least_for_cuts(plan, (nodes, components), width, table),
-    };
-    let have = budget.limit();
-    if need > have {
-        return Err(Error::Budget {
-            what: format!("the labels of {nodes} local components"),
-            // A quarter more than what is short: the other parts grow with the budget.
-            need: need + (need - have) / 4,
-            have,
-        });
-    }
-    Ok(())
-}
-
-/// The counts of edges and vertices, known before the components are.
-fn tally_edges<W: Index>(
-    job: &Job,
-    chunked: &Chunked,
-    seamed: &Seamed<W>,
-    bounds: &Bounds,
-    cut_corners: u64,
-    unreferenced: u64,
-) -> Counts {
-    let (a, b) = (&chunked.settled, &seamed.settled);
-    let regular = a.regular + b.regular;
-    let border = a.borders + b.borders;
-    let nonmanifold = a.nonmanifold + b.nonmanifold;
-    Counts {
-        triangles: job.shape.triangles,
-        vertices: job.shape.vertices,
-        unreferenced_vertices: unreferenced,
-        nonfinite_vertices: bounds.nonfinite,
-        degenerate: a.degenerate,
-        distinct_edges: regular + border + nonmanifold,
-        regular_edges: regular,
-        border_edges: border,
-        nonmanifold_edges: nonmanifold,
-        nonmanifold_corners: cut_corners,
-        inconsistent_edges: a.inconsistent + b.inconsistent,
-        polygons_fanned: job.mesh.polygons_fanned,
-        ..Counts::default()
-    }
-}
-
-/// Every corner is accounted for once: a mismatch is a fault of this program.
-fn conserve(triangles: u64, c: &Counts, spilled: u64, seams: &Settled, cuts: u64) -> Result<()> {
-    let corners = 2 * c.regular_edges + c.border_edges + cuts + 3 * c.degenerate;
-    if corners != 3 * triangles {
-        return Err(Error::Internal(format!(
-            "the chunk and seam passes settled {corners} of {} corners",
-            3 * triangles
-        )));
-    }
-    if 2 * seams.regular + seams.borders > spilled {
-        return Err(Error::Internal(format!(
-            "the seam pass settled more corners than the {spilled} that were spilled"
-        )));
-    }
-    Ok(())
 }
 
 /// Checksums, manifest, sync.

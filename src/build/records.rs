@@ -46,6 +46,12 @@ impl<W: Index> EdgeCorner<W> {
         self.0[2].wide() >> 3
     }
 
+    /// (triangle, place).
+    #[inline]
+    pub fn corner(&self) -> (u64, usize) {
+        (self.triangle(), self.place() as usize)
+    }
+
     /// The corner's place in it, as the input has it.
     #[inline]
     pub fn place(&self) -> u64 {
@@ -92,12 +98,12 @@ impl<W: Index> Record for EdgeCorner<W> {
 pub struct Patch<W>([W; 2]);
 
 impl<W: Index> Patch<W> {
-    /// The opposite of `at` is `to`.
+    /// The opposite of the corner (triangle, place) `at` is `to`.
     #[inline]
-    pub fn new(at: &EdgeCorner<W>, to: &EdgeCorner<W>, parity: bool) -> Self {
+    pub fn new(at: (u64, usize), to: (u64, usize), parity: bool) -> Self {
         Patch([
-            W::of(at.triangle() << 2 | at.place()),
-            W::of(to.triangle() << 3 | to.place() << 1 | u64::from(parity)),
+            W::of(at.0 << 2 | at.1 as u64),
+            W::of(to.0 << 3 | (to.1 as u64) << 1 | u64::from(parity)),
         ])
     }
 
@@ -113,6 +119,12 @@ impl<W: Index> Patch<W> {
     pub fn to(&self) -> (u64, usize) {
         let word = self.0[1].wide();
         (word >> 3, (word >> 1 & 3) as usize)
+    }
+
+    /// The opposite as it is packed: `8t' + 2k' + p`.
+    #[inline]
+    pub fn opposite(&self) -> W {
+        self.0[1]
     }
 
     /// True when the two triangles disagreed in the input.
@@ -221,7 +233,7 @@ mod tests {
             assert_eq!((a.triangle(), a.place(), a.local()), (t, 2, t));
             assert_eq!((a.flipped(), a.down(), a.input_down()), (true, true, false));
             let b = EdgeCorner::<W>::new((3, 9), 1, 0, false, 0, false);
-            let patch = Patch::new(&b, &a, true);
+            let patch = Patch::<W>::new(b.corner(), a.corner(), true);
             assert_eq!(
                 (patch.at(), patch.to(), patch.parity()),
                 ((1, 0), (t, 2), true)

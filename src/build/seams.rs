@@ -9,59 +9,31 @@
 //! a link for each regular edge written to scratch, a word for each border.
 
 use super::Job;
-use super::chunks::{Chunked, Settled};
+use super::appender::{Appender, BLOCK};
+use super::chunks::Settled;
 use super::records::{EdgeCorner, Link, Patch};
 use crate::corner::Index;
 use crate::disk::ScratchFile;
 use crate::error::Result;
 use crate::shuffle::{Buckets, Shuffle, Writer};
-use bytemuck::Pod;
 use std::sync::Mutex;
 
-/// What the seam pass leaves in scratch.
-pub struct Seamed<W: Index> {
-    /// Opposites to fill into O, by corner.
-    pub patches: Buckets<Patch<W>>,
+/// What the seam pass reads and where it writes.
+pub struct Seaming<'a, W: Index> {
+    /// The corners to settle.
+    pub edges: &'a Buckets<EdgeCorner<W>>,
+    /// Corners on non-manifold edges.
+    pub cuts: &'a Shuffle<EdgeCorner<W>>,
+    /// Opposites to fill into O, by triangle.
+    pub patches: &'a Shuffle<Patch<W>>,
     /// [`Link`]s between local components.
-    pub links: ScratchFile,
-    /// For each border edge found here, its local component (numbered through the mesh).
-    pub borders: ScratchFile,
-    /// Totals of the edges settled here.
-    pub settled: Settled,
-}
-
-/// Collects records and appends them to a scratch file, a block at a time.
-struct Appender<'a, T> {
-    file: &'a ScratchFile,
-    block: Vec<T>,
-}
-
-/// Bytes of an appender's block.
-const BLOCK: usize = 64 << 10;
-
-impl<'a, T: Pod> Appender<'a, T> {
-    fn new(file: &'a ScratchFile) -> Self {
-        let block = Vec::with_capacity(BLOCK / size_of::<T>());
-        Appender { file, block }
-    }
-
-    fn push(&mut self, item: T) -> Result<()> {
-        self.block.push(item);
-        if self.block.len() == self.block.capacity() {
-            self.flush()?;
-        }
-        Ok(())
-    }
-
-    fn flush(&mut self) -> Result<()> {
-        self.file.append(bytemuck::cast_slice(&self.block))?;
-        self.block.clear();
-        Ok(())
-    }
+    pub links: &'a ScratchFile,
+    /// For each border edge, its local component.
+    pub borders: &'a ScratchFile,
 }
 
 /// One thread's outputs, and the edge whose corners are arriving.
-struct Thread<'a, W: Index> {
+struct Thread<'a, W: Index, C> {
     patches: Writer<'a, Patch<W>>,
     cuts: Writer<'a, EdgeCorner<W>>,
     links: Appender<'a, Link<W>>,
@@ -70,46 +42,41 @@ struct Thread<'a, W: Index> {
     group: [EdgeCorner<W>; 2],
     seen: u64,
     settled: Settled,
-    chunk: u64,
-    base: &'a [u64],
+    call: &'a C,
 }
 
-/// Runs the seam pass over the spilled corners; non-manifold ones go on to `cuts`.
+/// Runs the seam pass; `call` says how links and borders call a corner's local component.
 ///
 /// # Errors
 /// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`].
-pub fn seams<W: Index>(
+pub fn seams<W: Index, C: Fn(&EdgeCorner<W>) -> u64 + Sync>(
     job: &Job,
-    chunked: &Chunked,
-    edges: &Buckets<EdgeCorner<W>>,
-    cuts: &Shuffle<EdgeCorner<W>>,
-) -> Result<Seamed<W>> {
+    seaming: &Seaming<W>,
+    patch_writer: u64,
+    call: C,
+) -> Result<Settled> {
     let ws = job.ws;
     let threads = ws.workers.count() as u64;
-    let plan = job.shuffle_plan(size_of::<Patch<W>>(), edges.records());
-    let patches = Shuffle::<Patch<W>>::new(ws, "opposites", 0..job.shape.triangles.max(1), plan)?;
-    let links = ws.scratch.file("links")?;
-    let borders = ws.scratch.file("borders at seams")?;
+    let edges = seaming.edges;
     let settled = Mutex::new(Settled::default());
     let _blocks = ws
         .budget
         .lease("seam buffers", threads * 2 * BLOCK as u64)?;
     // The writers lease theirs as they start; what is left is for sorting.
-    let writers = threads * (job.plan.writer + super::writer_bytes(&plan));
+    let writers = threads * (job.plan.writer + patch_writer);
     let memory = job.sort_memory(writers);
     ws.workers.run(
         edges.count(),
         || {
             let thread = Thread {
-                patches: patches.writer()?,
-                cuts: cuts.writer()?,
-                links: Appender::new(&links),
-                borders: Appender::new(&borders),
+                patches: seaming.patches.writer()?,
+                cuts: seaming.cuts.writer()?,
+                links: Appender::new(seaming.links),
+                borders: Appender::new(seaming.borders),
                 group: [EdgeCorner::new((0, 0), 0, 0, false, 0, false); 2],
                 seen: 0,
                 settled: Settled::default(),
-                chunk: job.plan.chunk,
-                base: &chunked.base,
+                call: &call,
             };
             Ok((edges.sorter(memory)?, thread))
         },
@@ -133,15 +100,10 @@ pub fn seams<W: Index>(
             thread.cuts.finish()
         },
     )?;
-    Ok(Seamed {
-        patches: patches.finish()?,
-        links,
-        borders,
-        settled: settled.into_inner().unwrap_or_else(|e| e.into_inner()),
-    })
+    Ok(settled.into_inner().unwrap_or_else(|e| e.into_inner()))
 }
 
-impl<W: Index> Thread<'_, W> {
+impl<W: Index, C: Fn(&EdgeCorner<W>) -> u64> Thread<'_, W, C> {
     fn take(&mut self, corner: &EdgeCorner<W>) -> Result<()> {
         if self.seen > 0 && self.group[0].edge() != corner.edge() {
             self.close()?;
@@ -166,15 +128,17 @@ impl<W: Index> Thread<'_, W> {
             0 => {}
             1 => {
                 self.settled.borders += 1;
-                self.borders.push(W::of(self.component(&a)))?;
+                self.borders.push(W::of((self.call)(&a)))?;
             }
             2 => {
                 let parity = a.input_down() == b.input_down();
                 self.settled.regular += 1;
                 self.settled.inconsistent += u64::from(parity);
-                self.patches.push(Patch::new(&a, &b, parity))?;
-                self.patches.push(Patch::new(&b, &a, parity))?;
-                let (from, to) = (self.component(&a), self.component(&b));
+                self.patches
+                    .push(Patch::new(a.corner(), b.corner(), parity))?;
+                self.patches
+                    .push(Patch::new(b.corner(), a.corner(), parity))?;
+                let (from, to) = ((self.call)(&a), (self.call)(&b));
                 let against = a.down() == b.down();
                 if from != to || against {
                     self.links.push(Link::new(from, to, against))?;
@@ -183,9 +147,5 @@ impl<W: Index> Thread<'_, W> {
             _ => self.settled.nonmanifold += 1,
         }
         Ok(())
-    }
-
-    fn component(&self, corner: &EdgeCorner<W>) -> u64 {
-        self.base[(corner.triangle() / self.chunk) as usize] + corner.local()
     }
 }

@@ -11,8 +11,8 @@
 //! once, sequentially; 16 bytes for each local component.
 
 use super::Job;
-use super::chunks::Chunked;
-use super::records::{Link, LocalCount};
+use super::nodes::Nodes;
+use super::records::Link;
 use super::scratch_items;
 use crate::corner::Index;
 use crate::disk::{Budget, Lease, ScratchFile};
@@ -154,32 +154,38 @@ impl<W: Index> Labels<W> {
     }
 }
 
-/// Joins the local components.
+/// Joins the local components over the links; `conflicts` hands the numbers of those that
+/// contradict themselves to its argument.
 ///
 /// # Errors
 /// [`crate::Error::Budget`] when the nodes do not fit, [`crate::Error::Io`].
-pub fn stitch<W: Index>(job: &Job, chunked: &Chunked, links: &ScratchFile) -> Result<Labels<W>> {
-    let ws = job.ws;
-    let nodes = *chunked.base.last().unwrap_or(&0);
-    let what = format!("{nodes} local components in the union-find");
-    let lease = ws.budget.lease(&what, nodes * W::BYTES as u64)?;
-    let mut forest = Forest((0..nodes).map(|i| W::of(i << 1)).collect::<Vec<W>>());
-    let mut conflicts = Bits::new(&ws.budget, "parity conflicts", nodes)?;
+pub fn stitch<W: Index>(
+    job: &Job,
+    nodes: &Nodes,
+    links: &ScratchFile,
+    conflicts: impl FnOnce(&mut dyn FnMut(u64)) -> Result<()>,
+) -> Result<Labels<W>> {
+    let (ws, count) = (job.ws, nodes.count());
+    let what = format!("{count} local components in the union-find");
+    let lease = ws.budget.lease(&what, count * W::BYTES as u64)?;
+    let mut forest = Forest((0..count).map(|i| W::of(i << 1)).collect::<Vec<W>>());
+    let mut marked = Bits::new(&ws.budget, "parity conflicts", count)?;
     scratch_items(ws, links, 0, links.len(), &mut |links: &[Link<W>]| {
         for link in links {
             let (a, b, parity) = link.get();
+            let (a, b) = (nodes.number(a), nodes.number(b));
             if !forest.join(a, b, parity) {
-                conflicts.set(a);
+                marked.set(a);
             }
         }
         ws.progress.advance(links.len() as u64);
         Ok(())
     })?;
-    mark_local_conflicts(job, chunked, &mut conflicts)?;
+    conflicts(&mut |node| marked.set(node))?;
     let components = number(&mut forest.0);
     let mut nonorientable = Bits::new(&ws.budget, "non-orientable components", components)?;
     for (i, word) in forest.0.iter().enumerate() {
-        if conflicts.get(i as u64) {
+        if marked.get(i as u64) {
             nonorientable.set(word.wide() >> 1);
         }
     }
@@ -189,30 +195,6 @@ pub fn stitch<W: Index>(job: &Job, chunked: &Chunked, links: &ScratchFile) -> Re
         nonorientable,
         _lease: lease,
     })
-}
-
-/// Conflicts that the chunks found within themselves.
-fn mark_local_conflicts(job: &Job, chunked: &Chunked, conflicts: &mut Bits) -> Result<()> {
-    for (info, &base) in chunked.infos.iter().zip(&chunked.base) {
-        let bytes = u64::from(info.locals) * size_of::<LocalCount>() as u64;
-        let mut at = base;
-        scratch_items(
-            job.ws,
-            &chunked.counts,
-            info.counts_at,
-            bytes,
-            &mut |counts| {
-                for count in counts as &[LocalCount] {
-                    if count.borders & LocalCount::CONFLICT != 0 {
-                        conflicts.set(at);
-                    }
-                    at += 1;
-                }
-                Ok(())
-            },
-        )?;
-    }
-    Ok(())
 }
 
 /// Replaces parents by component numbers, in ascending order of roots; returns their number.

@@ -62,7 +62,7 @@ impl LocalIds {
         self.slots.resize(mask + 1, 0);
         for &x in v {
             let id = x.wide();
-            let mut slot = (id.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (64 - bits)) as usize;
+            let mut slot = place(id, bits);
             let local = loop {
                 match self.slots[slot] {
                     0 => {
@@ -77,6 +77,25 @@ impl LocalIds {
             self.local.push(local);
         }
         self.span = self.global.len();
+    }
+
+    /// The local id of a global one, if a corner may have it. (A narrow chunk may leave some of
+    /// its local ids unused.)
+    #[inline]
+    pub fn find(&self, id: u64) -> Option<u32> {
+        if self.global.is_empty() {
+            let local = id.wrapping_sub(self.first);
+            return (local < self.span as u64).then_some(local as u32);
+        }
+        let mask = self.slots.len() - 1;
+        let mut slot = place(id, self.slots.len().trailing_zeros());
+        loop {
+            match self.slots[slot] {
+                0 => return None,
+                used if self.global[used as usize - 1] == id => return Some(used - 1),
+                _ => slot = (slot + 1) & mask,
+            }
+        }
     }
 
     /// Local id of each corner's vertex.
@@ -110,6 +129,12 @@ impl LocalIds {
     }
 }
 
+/// Where an id's search begins in a table of 2^bits slots.
+#[inline]
+fn place(id: u64, bits: u32) -> usize {
+    (id.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (64 - bits)) as usize
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,6 +151,10 @@ mod tests {
             let back: Vec<u32> = ids.local().iter().map(|&l| ids.global(l) as u32).collect();
             assert_eq!(back, v);
             assert!(ids.local().iter().all(|&l| (l as usize) < ids.span()));
+            for (&id, &local) in v.iter().zip(ids.local()) {
+                assert_eq!(ids.find(u64::from(id)), Some(local));
+            }
+            assert_eq!(ids.find(u64::from(u32::MAX)), None);
         }
         ids.assign(&[1u64 << 40, 3, 1 << 40]);
         assert_eq!((ids.local(), ids.window()), (&[0, 1, 0][..], None));

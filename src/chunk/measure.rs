@@ -138,12 +138,13 @@ struct Point {
     scaled: DVec3,
     /// The same rounded to the grid.
     rounded: [i32; 3],
-    /// The component whose box was stretched over it last, or [`NONFINITE`].
+    /// The component whose box was stretched over it last, or [`NONFINITE`], or [`ABSENT`].
     seen: u32,
 }
 
-const UNSEEN: u32 = u32::MAX;
+const UNSEEN: u32 = u32::MAX - 2;
 const NONFINITE: u32 = u32::MAX - 1;
+const ABSENT: u32 = u32::MAX;
 
 /// Measures the local components of chunks. Reused from chunk to chunk.
 ///
@@ -162,18 +163,23 @@ impl Measurer {
     /// Sums each local component of a chunk into `out` (one entry a component, from zero).
     ///
     /// `local` is the local vertex of each corner, `label` the swirl's result for each
-    /// triangle, `positions` the coordinates by local vertex.
+    /// triangle, `positions` the coordinates by local vertex. Triangles with a vertex that is
+    /// marked in `absent` (as long as `positions`, or empty) are passed over.
     pub fn measure<X: Coord>(
         &mut self,
         grid: &Grid,
         local: &[u32],
         label: &[u32],
         positions: &[[X; 3]],
+        absent: &[bool],
         out: &mut [Measure],
     ) {
         self.points.clear();
         self.points
             .extend(positions.iter().map(|p| point(grid, p.map(Coord::wide))));
+        for (p, _) in self.points.iter_mut().zip(absent).filter(|(_, a)| **a) {
+            p.seen = ABSENT;
+        }
         self.flipped.clear();
         self.flipped.resize(out.len(), 0);
         for (v, &label) in local.as_chunks::<3>().0.iter().zip(label) {
@@ -183,7 +189,10 @@ impl Measurer {
             let component = (label >> 1) as usize;
             let [a, b, c] = v.map(|v| self.points[v as usize]);
             let m = &mut out[component];
-            if a.seen == NONFINITE || b.seen == NONFINITE || c.seen == NONFINITE {
+            if a.seen > UNSEEN || b.seen > UNSEEN || c.seen > UNSEEN {
+                if [a, b, c].iter().any(|p| p.seen == ABSENT) {
+                    continue;
+                }
                 m.add(
                     grid,
                     v.map(|v| positions[v as usize].map(Coord::wide)),
@@ -250,7 +259,7 @@ mod tests {
         let local = [1, 3, 2, 0, 1, 4, 2, 2, 1];
         let label = [1, 2, NO_COMPONENT];
         let mut out = [Measure::default(); 2];
-        Measurer::default().measure(&grid, &local, &label, &positions, &mut out);
+        Measurer::default().measure(&grid, &local, &label, &positions, &[], &mut out);
         assert_eq!(grid.six_volume(out[0].six_oriented), 1.0);
         assert_eq!(grid.six_volume(out[0].six_input), -1.0);
         assert_eq!(

@@ -3,7 +3,7 @@
 use super::progress;
 use super::work::WorkArgs;
 use super::{Outcome, print, to_json};
-use crate::build::{Builder, IndexChoice};
+use crate::build::{Builder, IndexChoice, Strategy};
 use crate::disk::Counters;
 use crate::error::{Error, Result};
 use crate::folder::{Folder, Orient};
@@ -66,6 +66,18 @@ pub struct BuildArgs {
     chunk_triangles: Option<u64>,
     #[arg(long, hide = true)]
     buckets: Option<usize>,
+    #[arg(long, hide = true, value_enum, default_value_t)]
+    strategy: StrategyArg,
+}
+
+/// See [`Strategy`].
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum StrategyArg {
+    #[default]
+    Auto,
+    InOrder,
+    ByPlace,
+    ById,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -250,6 +262,12 @@ fn builder(args: &BuildArgs) -> Builder {
     if let Some(chunk) = args.chunk_triangles {
         builder = builder.chunk_triangles(chunk);
     }
+    builder = builder.strategy(match args.strategy {
+        StrategyArg::Auto => Strategy::Auto,
+        StrategyArg::InOrder => Strategy::InOrder,
+        StrategyArg::ByPlace => Strategy::ByPlace,
+        StrategyArg::ById => Strategy::ById,
+    });
     if let Some(buckets) = args.buckets {
         builder = builder.buckets(buckets);
     }

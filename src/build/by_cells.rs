@@ -1,0 +1,287 @@
+//! The way through cells, for meshes whose triangles lie in no order that helps.
+
+use super::arrays::OutArray;
+use super::cells::CellPlan;
+use super::cells::assemble::{Said, assemble};
+use super::cells::deal::{Hands, deal};
+use super::cells::map::{by_id, by_place};
+use super::cells::names::{Marks, Names};
+use super::cells::places::{Places, Positions, Whole, deal_places};
+use super::cells::records::{NodeCount, Reply};
+use super::cells::settle::{APPENDED, Sinks, settle};
+use super::cells::sums::Sums;
+use super::chunks::Settled;
+use super::components::{Given, components};
+use super::finish::{Found, Tables, list_cuts};
+use super::nodes::Nodes;
+use super::pipeline::{Built, Clock};
+use super::records::{EdgeCorner, Patch};
+use super::seams::{Seaming, seams};
+use super::stitch::stitch;
+use super::tail::Edges;
+use super::way::{Kind, Way};
+use super::{Job, scratch_items};
+use crate::chunk::grid::{Bounds, Grid};
+use crate::chunk::measure::Coord;
+use crate::corner::Index;
+use crate::disk::ScratchFile;
+use crate::error::Result;
+use crate::folder;
+use crate::shuffle::{Buckets, Plan, Shuffle};
+
+/// What the cells left.
+struct Settling<W: Index> {
+    replies: Buckets<Reply<W>>,
+    patches: Shuffle<Patch<W>>,
+    cuts: Shuffle<EdgeCorner<W>>,
+    edges: Buckets<EdgeCorner<W>>,
+    names: Names,
+    files: Files,
+    degenerate: Vec<u64>,
+    unreferenced: u64,
+    settled: Settled,
+}
+
+/// Records in order of arrival.
+struct Files {
+    links: ScratchFile,
+    borders: ScratchFile,
+    counts: ScratchFile,
+    measures: ScratchFile,
+    unmeasured: ScratchFile,
+}
+
+/// Runs the passes; or says that file order is the way to go, when there turn out to be more
+/// local components than the budget holds.
+///
+/// # Errors
+/// Those of the passes.
+pub fn by_cells<I: Index, W: Index, X: Coord>(
+    clock: &mut Clock,
+    job: &Job,
+    bounds: &Bounds,
+    kind: Kind,
+) -> Result<Result<Built, Way>> {
+    let (ws, t) = (job.ws, job.shape.triangles);
+    let grid = Grid::new(bounds);
+    let plan = CellPlan::new(
+        &job.shape,
+        ws.budget.free(),
+        kind == Kind::Place,
+        job.plan.buckets,
+    );
+    let (settling, places) = first_passes::<I, W, X>(clock, job, bounds, (kind, &plan))?;
+    let Settling {
+        replies,
+        patches,
+        cuts,
+        edges,
+        names,
+        files,
+        ..
+    } = settling;
+    let spilled = settling.settled.spilled;
+    let seamed = clock.pass("seams", "corners", spilled, || {
+        let seaming = Seaming {
+            edges: &edges,
+            cuts: &cuts,
+            patches: &patches,
+            links: &files.links,
+            borders: &files.borders,
+        };
+        let writer = plan.windows.count * (plan.patch_buffer + 24);
+        seams(job, &seaming, writer, EdgeCorner::local)
+    })?;
+    drop(edges);
+    let (cuts, patches) = (cuts.finish()?, patches.finish()?);
+    let settled = Edges {
+        first: &settling.settled,
+        seams: &seamed,
+        cut_corners: cuts.records(),
+        unreferenced: settling.unreferenced,
+        bounds,
+    };
+    let mut counts = settled.counts(job)?;
+    let nodes = Nodes::ByName(&names);
+    if nodes.count() * W::BYTES as u64 + nodes.count() / 2 > ws.budget.free() / 4 * 3 {
+        return Ok(Err(Way::InOrder { whatever: true }));
+    }
+    let records = files.links.len() / (2 * W::BYTES as u64);
+    let labels = clock.pass("stitch", "links", records, || {
+        stitch::<W>(job, &nodes, &files.links, |mark| {
+            let each = &mut |counts: &[NodeCount]| {
+                let marked = counts.iter().filter(|count| count.conflict != 0);
+                marked.for_each(|count| mark(names.number(count.name)));
+                Ok(())
+            };
+            scratch_items(ws, &files.counts, 0, files.counts.len(), each)
+        })
+    })?;
+    let chosen = clock.pass("components", "", 0, || {
+        let given = Given {
+            nodes,
+            labels: &labels,
+            borders: &files.borders,
+            cuts: &cuts,
+            grid: &grid,
+        };
+        let sums = Sums {
+            job,
+            names: &names,
+            labels: &labels,
+            grid: &grid,
+            counts: &files.counts,
+            measures: &files.measures,
+            unmeasured: &files.unmeasured,
+        };
+        components(job, &given, &mut counts, |pieces, memory| {
+            sums.sum::<X>(&places, pieces, memory)
+        })
+    })?;
+    drop((cuts, places, files));
+    let create =
+        |name, shape: &[u64], row| OutArray::create(job.dir, name, I::DESCR, shape, row, &ws.io);
+    let row = 3 * I::BYTES as u64;
+    let v = create(folder::V, &[t, 3], row)?;
+    let o = create(folder::O, &[t, 3], row)?;
+    let component = create(folder::COMPONENT, &[t], I::BYTES as u64)?;
+    let flipped = OutArray::create(job.dir, folder::FLIPPED, "|u1", &[t.div_ceil(8)], 1, &ws.io)?;
+    let degenerate = create(folder::DEGENERATE, &[counts.degenerate], I::BYTES as u64)?;
+    let tables = Tables {
+        v: &v,
+        o: &o,
+        component: &component,
+        flipped: &flipped,
+        degenerate: &degenerate,
+    };
+    let said = Said {
+        replies: &replies,
+        patches: &patches,
+        names: &names,
+        labels: &labels,
+        chosen: &chosen,
+        degenerate: &settling.degenerate,
+    };
+    let found = Found {
+        nodes,
+        labels: &labels,
+        chosen: &chosen,
+    };
+    let [edges, corners] = clock.pass("assemble", "triangles", t, || {
+        assemble::<I, W>(job, &plan.windows, &said, &tables)?;
+        list_cuts::<I, W>(job, &found, &chosen.cuts, counts.nonmanifold_edges)
+    })?;
+    let table = chosen.table;
+    Ok(Ok(Built {
+        files: vec![v, o, component, flipped, table, edges, corners, degenerate],
+        counts,
+        seam_corners: spilled,
+        local_components: nodes.count(),
+    }))
+}
+
+/// Maps, deals and settles.
+fn first_passes<I: Index, W: Index, X: Coord>(
+    clock: &mut Clock,
+    job: &Job,
+    bounds: &Bounds,
+    (kind, plan): (Kind, &CellPlan),
+) -> Result<(Settling<W>, Places<X>)> {
+    let (ws, t, n) = (job.ws, job.shape.triangles, job.shape.vertices);
+    let marks = Marks::new(&ws.budget, t)?;
+    let map = clock.pass("cells", "vertices", n, || match (&job.g, kind) {
+        (Some(g), Kind::Place) => by_place::<X>(job, g, bounds, plan.cells),
+        _ => by_id::<I>(job, plan.cells),
+    })?;
+    let whole = match &job.g {
+        Some(g) if Whole::<X>::possible(g) => {
+            let fits = Whole::<X>::bytes(n) <= ws.budget.limit() / 2;
+            fits.then(|| Whole::<X>::new(job, g)).transpose()?
+        }
+        _ => None,
+    };
+    let (hands, places) = clock.pass("deal", "triangles", t, || {
+        let places = match (&job.g, whole, kind) {
+            (None, ..) => Places::None,
+            (_, Some(whole), _) => Places::Whole(whole),
+            (Some(g), None, Kind::Place) => deal_places::<W, X>(job, g, &map, |record| Plan {
+                buckets: map.cells as usize,
+                buffer_bytes: plan.dealt.buffer_bytes.max(record),
+            })?,
+            (Some(_), None, Kind::Id) => Places::Later,
+        };
+        Ok((deal::<I, W>(job, plan, &plan.windows, &map)?, places))
+    })?;
+    drop(map);
+    let settling = clock.pass("settle", "triangles", t, || {
+        settle_all(job, hands, &places, &Grid::new(bounds), plan, marks)
+    })?;
+    Ok((settling, places))
+}
+
+fn settle_all<W: Index, X: Coord>(
+    job: &Job,
+    hands: Hands<W>,
+    places: &Places<X>,
+    grid: &Grid,
+    plan: &CellPlan,
+    marks: Marks,
+) -> Result<Settling<W>> {
+    let (ws, t, n) = (
+        job.ws,
+        job.shape.triangles.max(1),
+        job.shape.vertices.max(1),
+    );
+    let windows = &plan.windows;
+    let replies = Shuffle::new(ws, "replies", 0..t, windows.plan(plan.reply_buffer))?;
+    let patches = Shuffle::new(ws, "opposites", 0..t, windows.plan(plan.patch_buffer))?;
+    // Few, but for hubs and the like.
+    let rare = job.shuffle_plan(size_of::<EdgeCorner<W>>(), t / 64);
+    let cuts = Shuffle::new(ws, "non-manifold corners", 0..n, rare)?;
+    let edges = Shuffle::new(ws, "corners of large cells", 0..n, rare)?;
+    let files = Files {
+        links: ws.scratch.file("links")?,
+        borders: ws.scratch.file("borders")?,
+        counts: ws.scratch.file("counts of local components")?,
+        measures: ws.scratch.file("measures of local components")?,
+        unmeasured: ws.scratch.file("triangles to measure")?,
+    };
+    let threads = ws.workers.count() as u64;
+    let writers = windows.count * (plan.reply_buffer + plan.patch_buffer + 48)
+        + 2 * super::writer_bytes(&rare)
+        + APPENDED
+        + Positions::<X>::PASSING;
+    // An eighth stays free for what the shuffles note of what they wrote.
+    let free = ws.budget.free() / 8 * 7;
+    let share = (free / threads).saturating_sub(writers);
+    let settled = {
+        let sinks = Sinks {
+            replies: &replies,
+            patches: &patches,
+            cuts: &cuts,
+            edges: &edges,
+            names: &marks,
+            links: &files.links,
+            borders: &files.borders,
+            counts: &files.counts,
+            measures: &files.measures,
+            unmeasured: &files.unmeasured,
+        };
+        settle(job, &hands, places, grid, share, &sinks)?
+    };
+    let degenerate: u64 = hands.degenerate.iter().sum();
+    Ok(Settling {
+        replies: replies.finish()?,
+        patches,
+        cuts,
+        edges: edges.finish()?,
+        names: marks.seal(),
+        files,
+        degenerate: hands.degenerate,
+        unreferenced: hands.unreferenced,
+        settled: Settled {
+            degenerate,
+            ..settled
+        },
+    })
+}

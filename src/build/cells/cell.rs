@@ -1,0 +1,159 @@
+//! One cell in memory: its triangles and lone edges, paired, walked and named.
+//!
+//! Why it works: see [`pair`](crate::chunk::pair) and [`swirl`](crate::chunk::swirl). A local
+//! component is named by its first triangle, so it is called the same in whatever order its
+//! triangles arrived.
+//!
+//! Memory: [`TRIANGLE_BYTES`] for each triangle, [`LONE_BYTES`] for each lone edge, at most,
+//! twice that for wide ids. I/O: none.
+
+use super::super::records::EdgeCorner;
+use super::records::{Called, Dealt, Lone};
+use crate::chunk::ids::{LocalIds, TABLE_BYTES};
+use crate::chunk::pair::Pairs;
+use crate::chunk::swirl::{Local, Swirl};
+use crate::corner::Index;
+
+/// Bytes for each triangle: record, ids, local ids and their table, lists, opposites, labels,
+/// stack, local components and their names.
+pub const TRIANGLE_BYTES: u64 = 16 + 12 + 12 + TABLE_BYTES + 1 + 24 + 12 + 12 + 8 + 20 + 16;
+/// Bytes for each lone edge: record, ids, local ids and their table, list, opposite.
+pub const LONE_BYTES: u64 = 12 + 8 + 8 + TABLE_BYTES + 8 + 8 + 4;
+
+/// The name of a local component, and the flip of the triangle that names it against the one
+/// that the swirl began with.
+#[derive(Clone, Copy)]
+struct Named {
+    name: u64,
+    flip: bool,
+}
+
+/// A cell. Reused from cell to cell.
+pub struct Cell<W> {
+    /// Its triangles.
+    pub triangles: Vec<Dealt<W>>,
+    /// Its edges whose triangles lie in other cells.
+    pub lone: Vec<Lone<W>>,
+    /// Local ids of the vertices: of the triangles' corners, then of the lone edges.
+    pub ids: LocalIds,
+    /// Opposites: of the triangles' corners, then of the corners that face the lone edges.
+    pub pairs: Pairs,
+    /// Labels of the triangles.
+    pub swirl: Swirl,
+    v: Vec<W>,
+    aside: Vec<u8>,
+    named: Vec<Named>,
+}
+
+impl<W> Default for Cell<W> {
+    fn default() -> Self {
+        Cell {
+            triangles: Vec::new(),
+            lone: Vec::new(),
+            ids: LocalIds::default(),
+            pairs: Pairs::default(),
+            swirl: Swirl::default(),
+            v: Vec::new(),
+            aside: Vec::new(),
+            named: Vec::new(),
+        }
+    }
+}
+
+impl<W: Index> Cell<W> {
+    /// Pairs and walks the triangles and lone edges that were put in.
+    pub fn settle(&mut self) {
+        self.v.clear();
+        self.v.extend(self.triangles.iter().flat_map(Dealt::v));
+        self.v.extend(self.lone.iter().flat_map(Lone::ends));
+        self.aside.clear();
+        self.aside.extend(self.triangles.iter().map(Dealt::aside));
+        self.ids.assign(&self.v);
+        let (local, lone) = self.ids.local().split_at(3 * self.triangles.len());
+        let span = self.ids.span();
+        self.pairs.pair_dealt(local, &self.aside, lone, span);
+        let corners = local.len();
+        self.swirl.walk(&self.pairs.opposite[..corners]);
+        self.name();
+    }
+
+    fn name(&mut self) {
+        self.named.clear();
+        let first = |local: &Local| Named {
+            name: self.triangles[local.first as usize].t(),
+            flip: false,
+        };
+        self.named.extend(self.swirl.components.iter().map(first));
+        for (triangle, label) in self.triangles.iter().zip(&self.swirl.label) {
+            let named = &mut self.named[(label >> 1) as usize];
+            if triangle.t() < named.name {
+                *named = Named {
+                    name: triangle.t(),
+                    flip: label & 1 == 1,
+                };
+            }
+        }
+    }
+
+    /// Local ids of the triangles' corners.
+    pub fn corners(&self) -> &[u32] {
+        &self.ids.local()[..3 * self.triangles.len()]
+    }
+
+    /// The local components, each with its name and whether the triangle that names it is flipped
+    /// against the one that the swirl began with.
+    pub fn named(&self) -> impl Iterator<Item = (&Local, u64, bool)> {
+        let named = self.swirl.components.iter().zip(&self.named);
+        named.map(|(local, named)| (local, named.name, named.flip))
+    }
+
+    /// What triangle number i of the cell is called by.
+    #[inline]
+    pub fn called(&self, i: usize) -> Called {
+        let label = self.swirl.label[i];
+        let Named { name, flip } = self.named[(label >> 1) as usize];
+        Called {
+            name,
+            flip: flip ^ (label & 1 == 1),
+        }
+    }
+
+    /// (triangle, place) of a corner of the cell, and whether the triangle lies here.
+    #[inline]
+    pub fn corner(&self, corner: u32) -> ((u64, usize), bool) {
+        let (at, here) = (corner as usize, 3 * self.triangles.len());
+        if at < here {
+            ((self.triangles[at / 3].t(), at % 3), true)
+        } else {
+            (self.lone[at - here].corner(), false)
+        }
+    }
+
+    /// A corner of the cell as other passes know it.
+    pub fn edge_corner(&self, corner: u32) -> EdgeCorner<W> {
+        let ((t, k), here) = self.corner(corner);
+        let i = corner as usize / 3;
+        if here {
+            edge_corner(self.triangles[i].edge(k), (t, k), self.called(i))
+        } else {
+            let lone = &self.lone[corner as usize - 3 * self.triangles.len()];
+            edge_corner(lone.edge(), (t, k), Called::itself(t))
+        }
+    }
+}
+
+/// A corner on the edge (from, to) as other passes know it.
+pub fn edge_corner<W: Index>(
+    (from, to): (u64, u64),
+    (t, k): (u64, usize),
+    called: Called,
+) -> EdgeCorner<W> {
+    EdgeCorner::new(
+        (from.min(to), from.max(to)),
+        t,
+        k as u64,
+        called.flip,
+        called.name,
+        (from > to) ^ called.flip,
+    )
+}

@@ -1,0 +1,161 @@
+//! Deal: reads V once, checks it, and hands each triangle to the cell that settles its edges.
+//!
+//! Why it works: vertices are ordered by (cell, id). An edge is settled in the cell of its
+//! smaller vertex in that order, so all its corners meet there. Of a triangle's three edges two
+//! lie at its smallest vertex: the triangle goes to that cell. The third lies at the middle
+//! vertex; where that is another cell, the edge alone goes there too. Where cells are patches of
+//! surface, few triangles are parted so.
+//!
+//! Memory: the map; bits for the vertices that occur (N/8 bytes); writers and a piece of V a
+//! thread. I/O: V read once; 4 words a triangle written, 3 more for each edge that goes alone.
+
+use super::super::Job;
+use super::super::arrays::{TriangleReader, bad_index};
+use super::map::CellMap;
+use super::records::{Dealt, Lone};
+use super::{CellPlan, Window};
+use crate::corner::{Index, next_k, prev_k};
+use crate::error::Result;
+use crate::shuffle::{Buckets, Shuffle, Writer};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What was dealt.
+pub struct Hands<W: Index> {
+    /// Triangles by cell.
+    pub triangles: Buckets<Dealt<W>>,
+    /// Edges without their triangles, by cell.
+    pub lone: Buckets<Lone<W>>,
+    /// Degenerate triangles in each window of triangles; none of them is dealt.
+    pub degenerate: Vec<u64>,
+    /// Vertices that no triangle names.
+    pub unreferenced: u64,
+}
+
+/// One bit a vertex, set by any thread.
+struct Occurs(Vec<AtomicU64>);
+
+impl Occurs {
+    #[inline]
+    fn mark(&self, v: u64) {
+        let (word, bit) = (&self.0[(v / 64) as usize], 1 << (v % 64));
+        // Most were marked before, and a look is cheaper than a write.
+        if word.load(Ordering::Relaxed) & bit == 0 {
+            word.fetch_or(bit, Ordering::Relaxed);
+        }
+    }
+
+    fn count(&self) -> u64 {
+        let ones = |w: &AtomicU64| u64::from(w.load(Ordering::Relaxed).count_ones());
+        self.0.iter().map(ones).sum()
+    }
+}
+
+/// Deals all triangles.
+///
+/// # Errors
+/// [`crate::Error::Input`] for the first index out of range, [`crate::Error::Budget`],
+/// [`crate::Error::DiskLimit`], [`crate::Error::Io`].
+pub fn deal<I: Index, W: Index>(
+    job: &Job,
+    plan: &CellPlan,
+    windows: &Window,
+    map: &CellMap,
+) -> Result<Hands<W>> {
+    let (ws, t, n) = (job.ws, job.shape.triangles, job.shape.vertices);
+    let keys = 0..map.cells;
+    let triangles = Shuffle::<Dealt<W>>::new(ws, "triangles by cell", keys.clone(), plan.dealt)?;
+    let lone = Shuffle::<Lone<W>>::new(ws, "edges by cell", keys, plan.lone)?;
+    let _bits = ws.budget.lease("marks of vertices", n.div_ceil(64) * 8)?;
+    let occurs = Occurs((0..n.div_ceil(64)).map(|_| AtomicU64::new(0)).collect());
+    let threads = ws.workers.count() as u64;
+    let reading = threads * plan.step * TriangleReader::<I>::BYTES;
+    let _lease = ws.budget.lease("triangles to deal", reading)?;
+    let degenerate: Vec<AtomicU64> = (0..windows.count).map(|_| AtomicU64::new(0)).collect();
+    ws.workers.run(
+        t.div_ceil(plan.step),
+        || {
+            let dealer = Dealer {
+                map,
+                occurs: &occurs,
+                triangles: triangles.writer()?,
+                lone: lone.writer()?,
+            };
+            Ok((TriangleReader::<I>::new(&job.mesh.v), dealer))
+        },
+        |(reader, dealer), unit| {
+            let first = unit * plan.step;
+            let count = plan.step.min(t - first);
+            let v = reader.read(first, count)?;
+            check(job, first, v)?;
+            for (t, row) in (first..).zip(v.as_chunks::<3>().0) {
+                if !dealer.deal(t, row.map(Index::wide))? {
+                    degenerate[windows.of(t)].fetch_add(1, Ordering::Relaxed);
+                }
+            }
+            ws.progress.advance(count);
+            ws.progress.usage(ws.budget.used(), ws.scratch.used());
+            Ok(())
+        },
+        |(_, dealer)| {
+            dealer.triangles.finish()?;
+            dealer.lone.finish()
+        },
+    )?;
+    Ok(Hands {
+        triangles: triangles.finish()?,
+        lone: lone.finish()?,
+        degenerate: degenerate.into_iter().map(AtomicU64::into_inner).collect(),
+        unreferenced: n - occurs.count(),
+    })
+}
+
+/// Refuses an index that names no vertex.
+fn check<I: Index>(job: &Job, first: u64, v: &[I]) -> Result<()> {
+    let n = job.shape.vertices;
+    // The maximum first: it runs at memory speed, and hardly ever needs the search.
+    if v.iter().max().is_some_and(|top| top.wide() >= n)
+        && let Some(at) = v.iter().position(|x| x.wide() >= n)
+    {
+        let found = format!("{} where the mesh has {n} vertices", v[at].wide());
+        return Err(bad_index(&job.mesh.v, 3 * first + at as u64, found));
+    }
+    Ok(())
+}
+
+/// One thread's hands.
+struct Dealer<'a, W: Index> {
+    map: &'a CellMap,
+    occurs: &'a Occurs,
+    triangles: Writer<'a, Dealt<W>>,
+    lone: Writer<'a, Lone<W>>,
+}
+
+impl<W: Index> Dealer<'_, W> {
+    /// Deals one triangle; false when it is degenerate.
+    #[inline]
+    fn deal(&mut self, t: u64, v: [u64; 3]) -> Result<bool> {
+        v.iter().for_each(|&v| self.occurs.mark(v));
+        if v[0] == v[1] || v[1] == v[2] || v[2] == v[0] {
+            return Ok(false);
+        }
+        let cells = v.map(|v| self.map.of(v));
+        if cells[0] == cells[1] && cells[1] == cells[2] {
+            let whole = Dealt::new(v.map(W::of), t, 0);
+            self.triangles.push_at(u64::from(cells[0]), whole)?;
+            return Ok(true);
+        }
+        // Only cells matter here: vertices of one cell are settled together anyway.
+        let k = (0..3).min_by_key(|&k| cells[k]).unwrap_or(0);
+        let (n, p) = (next_k(k), prev_k(k));
+        let middle = cells[n].min(cells[p]);
+        let parted = middle != cells[k];
+        let aside = if parted { k as u8 + 1 } else { 0 };
+        let dealt = Dealt::new(v.map(W::of), t, aside);
+        self.triangles.push_at(u64::from(cells[k]), dealt)?;
+        if parted {
+            let edge = Lone::new((v[n], v[p]), t, k);
+            self.lone.push_at(u64::from(middle), edge)?;
+        }
+        Ok(true)
+    }
+}

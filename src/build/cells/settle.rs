@@ -1,0 +1,348 @@
+//! Settle: each cell's edges are paired, its triangles oriented, labelled and measured, in
+//! parallel over cells.
+//!
+//! Why it works: every edge dealt to a cell has all its corners there (see [`deal`](super::deal)),
+//! so the group is seen before anything is decided. The swirl orients and labels the triangles
+//! over those edges. Two triangles that meet across an edge of a cell where one of them does not
+//! lie are *linked* by their numbers: a triangle that was parted names itself, and its own cell
+//! links that name with the local component. What later passes add up does not depend on which
+//! cell said it.
+//!
+//! A cell that does not fit in a thread's share of memory (a hub, an edge of a million
+//! triangles) is not held: its edges go to the seam pass, which sorts them externally, and each
+//! of its triangles is a local component.
+//!
+//! Memory: a share a thread, which the largest cell must fit, and five writers; the marks of
+//! names. I/O: what was dealt is read once; 5 words a triangle written, 2 for each opposite
+//! across cells and for each link; 24 bytes a local component, and 112 where it was measured.
+
+use super::super::Job;
+use super::super::appender::{Appender, BLOCK};
+use super::super::chunks::Settled;
+use super::super::records::{EdgeCorner, Link, MeasureRecord, Patch};
+use super::cell::{Cell, LONE_BYTES, TRIANGLE_BYTES, edge_corner};
+use super::deal::Hands;
+use super::names::Marks;
+use super::places::{AtHand, Places, Positions};
+use super::records::{Called, Dealt, Lone, NodeCount, NodeMeasure, Reply, Unmeasured, opposite};
+use crate::chunk::grid::Grid;
+use crate::chunk::measure::{Coord, Measure, Measurer};
+use crate::chunk::pair::{BORDER, SPECIAL};
+use crate::corner::Index;
+use crate::disk::ScratchFile;
+use crate::error::Result;
+use crate::shuffle::{Shuffle, Writer};
+use bytemuck::Zeroable;
+use std::sync::Mutex;
+
+/// Where cells write to.
+pub struct Sinks<'a, W: Index> {
+    /// Answers to the triangles.
+    pub replies: &'a Shuffle<Reply<W>>,
+    /// Opposites of corners whose triangles lie in other cells.
+    pub patches: &'a Shuffle<Patch<W>>,
+    /// Corners on non-manifold edges.
+    pub cuts: &'a Shuffle<EdgeCorner<W>>,
+    /// Corners of cells that do not fit, for the seam pass.
+    pub edges: &'a Shuffle<EdgeCorner<W>>,
+    /// Names of local components.
+    pub names: &'a Marks,
+    /// Links between names.
+    pub links: &'a ScratchFile,
+    /// Names of triangles that face a border from another cell.
+    pub borders: &'a ScratchFile,
+    /// [`NodeCount`]s.
+    pub counts: &'a ScratchFile,
+    /// [`NodeMeasure`]s.
+    pub measures: &'a ScratchFile,
+    /// [`Unmeasured`] triangles.
+    pub unmeasured: &'a ScratchFile,
+}
+
+/// Bytes that a thread holds for what it appends, and for a cell that passes by.
+pub const APPENDED: u64 = 6 * BLOCK as u64;
+/// Records of a cell that does not fit, at a time.
+const PASSING: usize = 2048;
+
+/// Settles all cells, with `share` bytes for each thread.
+///
+/// # Errors
+/// [`crate::Error::Budget`], [`crate::Error::DiskLimit`], [`crate::Error::Io`].
+pub fn settle<W: Index, X: Coord>(
+    job: &Job,
+    hands: &Hands<W>,
+    places: &Places<X>,
+    grid: &Grid,
+    share: u64,
+    sinks: &Sinks<W>,
+) -> Result<Settled> {
+    let ws = job.ws;
+    let threads = ws.workers.count() as u64;
+    let _lease = ws.budget.lease("cells", threads * (share + APPENDED))?;
+    let settled = Mutex::new(Settled::default());
+    let wide = W::BYTES as u64 / 4;
+    ws.workers.run(
+        hands.triangles.count(),
+        || Thread::<W, X>::new(sinks, places),
+        |thread, cell| {
+            let triangles = hands.triangles.records_of(cell);
+            let lone = hands.lone.records_of(cell);
+            let bytes = wide * (triangles * TRIANGLE_BYTES + lone * LONE_BYTES);
+            if bytes <= share {
+                hands.triangles.unsorted(cell, &mut thread.cell.triangles)?;
+                hands.lone.unsorted(cell, &mut thread.cell.lone)?;
+                thread.cell.settle();
+                thread.settled.add(&thread.cell.pairs);
+                thread.measure(cell, grid, share - bytes)?;
+                thread.out.answer(&thread.cell)?;
+            } else {
+                thread.pass_on(hands, cell)?;
+            }
+            ws.progress.advance(triangles);
+            ws.progress.usage(ws.budget.used(), ws.scratch.used());
+            Ok(())
+        },
+        |thread| {
+            let part = thread.finish()?;
+            settled
+                .lock()
+                .unwrap_or_else(|e| e.into_inner())
+                .merge(&part);
+            Ok(())
+        },
+    )?;
+    Ok(settled.into_inner().unwrap_or_else(|e| e.into_inner()))
+}
+
+/// Scratch memory of one thread.
+struct Thread<'a, W: Index, X> {
+    cell: Cell<W>,
+    positions: Positions<'a, X>,
+    measurer: Measurer,
+    measures: Vec<Measure>,
+    settled: Settled,
+    out: Out<'a, W>,
+}
+
+/// Where one thread writes to.
+struct Out<'a, W: Index> {
+    names: &'a Marks,
+    replies: Writer<'a, Reply<W>>,
+    patches: Writer<'a, Patch<W>>,
+    cuts: Writer<'a, EdgeCorner<W>>,
+    edges: Writer<'a, EdgeCorner<W>>,
+    links: Appender<'a, Link<W>>,
+    borders: Appender<'a, W>,
+    counts: Appender<'a, NodeCount>,
+    measures: Appender<'a, NodeMeasure>,
+    unmeasured: Appender<'a, Unmeasured<W>>,
+}
+
+impl<'a, W: Index, X: Coord> Thread<'a, W, X> {
+    fn new(sinks: &Sinks<'a, W>, places: &'a Places<X>) -> Result<Self> {
+        Ok(Thread {
+            cell: Cell::default(),
+            positions: Positions::new(places),
+            measurer: Measurer::default(),
+            measures: Vec::new(),
+            settled: Settled::default(),
+            out: Out {
+                names: sinks.names,
+                replies: sinks.replies.writer()?,
+                patches: sinks.patches.writer()?,
+                cuts: sinks.cuts.writer()?,
+                edges: sinks.edges.writer()?,
+                links: Appender::new(sinks.links),
+                borders: Appender::new(sinks.borders),
+                counts: Appender::new(sinks.counts),
+                measures: Appender::new(sinks.measures),
+                unmeasured: Appender::new(sinks.unmeasured),
+            },
+        })
+    }
+
+    /// Measures the local components by the positions at hand, in `memory` bytes, and notes the
+    /// triangles that want others.
+    fn measure(&mut self, cell: u64, grid: &Grid, memory: u64) -> Result<()> {
+        let Thread { cell: own, out, .. } = self;
+        let locals = own.swirl.components.len();
+        let need = own.ids.span() as u64 * (Measurer::BYTES + Positions::<X>::BYTES)
+            + locals as u64 * MEASURE_BYTES;
+        let hand = self.positions.load(cell, &own.ids, need <= memory)?;
+        let (positions, absent) = match hand {
+            AtHand::None => return Ok(()),
+            AtHand::Later => return out.all_unmeasured(own),
+            AtHand::Here { positions, absent } => (positions, absent),
+        };
+        if !absent.is_empty() {
+            for (i, row) in own.corners().as_chunks::<3>().0.iter().enumerate() {
+                if row.iter().any(|&v| absent[v as usize]) {
+                    let triangle = Unmeasured::new(&own.triangles[i], own.called(i));
+                    out.unmeasured.push(triangle)?;
+                }
+            }
+        }
+        self.measures.clear();
+        self.measures.resize(locals, Measure::default());
+        let (corners, label) = (own.corners(), &own.swirl.label);
+        self.measurer
+            .measure(grid, corners, label, positions, absent, &mut self.measures);
+        for (measure, (_, name, flip)) in self.measures.iter_mut().zip(own.named()) {
+            if flip {
+                measure.six_oriented = -measure.six_oriented;
+            }
+            let measure = MeasureRecord::new(measure);
+            out.measures.push(NodeMeasure { name, measure })?;
+        }
+        Ok(())
+    }
+
+    /// Hands the edges of a cell that does not fit to the seam pass.
+    fn pass_on(&mut self, hands: &Hands<W>, cell: u64) -> Result<()> {
+        let Thread { out, settled, .. } = self;
+        let measured = self.positions.any();
+        let mut block = vec![Dealt::<W>::zeroed(); PASSING];
+        hands
+            .triangles
+            .streamed(cell, &mut block, &mut |triangles| {
+                for triangle in triangles {
+                    settled.spilled += 3 - u64::from(triangle.aside() != 0);
+                    out.pass_on(triangle, measured)?;
+                }
+                Ok(())
+            })?;
+        let mut block = vec![Lone::<W>::zeroed(); PASSING];
+        hands.lone.streamed(cell, &mut block, &mut |edges| {
+            settled.spilled += edges.len() as u64;
+            edges.iter().try_for_each(|lone| {
+                let at = lone.corner();
+                let corner = edge_corner(lone.edge(), at, Called::itself(at.0));
+                out.edges.push(corner)
+            })
+        })
+    }
+
+    fn finish(self) -> Result<Settled> {
+        self.out.finish()?;
+        Ok(self.settled)
+    }
+}
+
+/// Bytes of a local component's measure while it is summed.
+const MEASURE_BYTES: u64 = (size_of::<Measure>() + size_of::<i128>()) as u64;
+
+impl<W: Index> Out<'_, W> {
+    /// Answers all triangles and lone edges of a settled cell.
+    fn answer(&mut self, cell: &Cell<W>) -> Result<()> {
+        for (local, name, flip) in cell.named() {
+            self.names.mark(name);
+            self.counts.push(NodeCount {
+                name,
+                triangles: local.triangles,
+                flipped: if flip {
+                    local.triangles - local.flipped
+                } else {
+                    local.flipped
+                },
+                borders: local.borders,
+                conflict: u32::from(local.conflict),
+            })?;
+        }
+        (0..cell.triangles.len()).try_for_each(|i| self.answer_triangle(cell, i))?;
+        (0..cell.lone.len()).try_for_each(|j| self.answer_lone(cell, j))?;
+        let cuts = cell.pairs.cuts.iter();
+        cuts.map(|directed| cell.edge_corner(directed >> 1))
+            .try_for_each(|corner| self.cuts.push(corner))
+    }
+
+    fn answer_triangle(&mut self, cell: &Cell<W>, i: usize) -> Result<()> {
+        let (triangle, called) = (cell.triangles[i], cell.called(i));
+        let mut opposites = [W::NONE; 3];
+        for (k, word) in opposites.iter_mut().enumerate() {
+            let o = cell.pairs.opposite[3 * i + k];
+            if o >= SPECIAL {
+                continue;
+            }
+            let (across, here) = cell.corner(o >> 1);
+            *word = opposite(across, o & 1 == 1);
+            if !here {
+                self.link(called, across.0, o & 1 == 1)?;
+            }
+        }
+        if triangle.aside() != 0 {
+            // Other cells call it by itself.
+            self.names.mark(triangle.t());
+            self.link(called, triangle.t(), false)?;
+        }
+        self.replies
+            .push(Reply::new(triangle.t(), opposites, called))
+    }
+
+    fn answer_lone(&mut self, cell: &Cell<W>, j: usize) -> Result<()> {
+        let at = 3 * cell.triangles.len() + j;
+        let ((t, k), o) = (cell.lone[j].corner(), cell.pairs.opposite[at]);
+        if o == BORDER {
+            return self.borders.push(W::of(t));
+        }
+        if o >= SPECIAL {
+            return Ok(());
+        }
+        let (parity, (across, here)) = (o & 1 == 1, cell.corner(o >> 1));
+        self.patches.push(Patch::new((t, k), across, parity))?;
+        if !here && (o >> 1) as usize > at {
+            self.link(Called::itself(t), across.0, parity)?;
+        }
+        Ok(())
+    }
+
+    /// Links the local component of a triangle that is called so with triangle `to`, which
+    /// disagrees with it in the input when `parity`.
+    #[inline]
+    fn link(&mut self, called: Called, to: u64, parity: bool) -> Result<()> {
+        let against = called.flip ^ parity;
+        if called.name == to && !against {
+            return Ok(());
+        }
+        self.links.push(Link::new(called.name, to, against))
+    }
+
+    fn all_unmeasured(&mut self, cell: &Cell<W>) -> Result<()> {
+        let each = cell.triangles.iter().enumerate();
+        each.map(|(i, triangle)| Unmeasured::new(triangle, cell.called(i)))
+            .try_for_each(|triangle| self.unmeasured.push(triangle))
+    }
+
+    /// Makes a triangle a local component of its own, with its edges for the seam pass.
+    fn pass_on(&mut self, triangle: &Dealt<W>, measured: bool) -> Result<()> {
+        let called = Called::itself(triangle.t());
+        for k in (0..3).filter(|k| triangle.aside() as usize != k + 1) {
+            let at = (triangle.t(), k);
+            self.edges.push(edge_corner(triangle.edge(k), at, called))?;
+        }
+        self.names.mark(triangle.t());
+        self.counts.push(NodeCount {
+            name: triangle.t(),
+            triangles: 1,
+            flipped: 0,
+            borders: 0,
+            conflict: 0,
+        })?;
+        if measured {
+            self.unmeasured.push(Unmeasured::new(triangle, called))?;
+        }
+        let none = [W::NONE; 3];
+        self.replies.push(Reply::new(triangle.t(), none, called))
+    }
+
+    fn finish(mut self) -> Result<()> {
+        self.links.flush()?;
+        self.borders.flush()?;
+        self.counts.flush()?;
+        self.measures.flush()?;
+        self.unmeasured.flush()?;
+        self.replies.finish()?;
+        self.patches.finish()?;
+        self.cuts.finish()?;
+        self.edges.finish()
+    }
+}

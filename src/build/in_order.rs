@@ -1,0 +1,171 @@
+//! The way in file order: chunks of consecutive triangles are patches of surface, or nearly.
+
+use super::Job;
+use super::arrays::OutArray;
+use super::chunks::{Chunked, Sinks, chunks};
+use super::components::{ChunkSums, Given, components, sum_chunks};
+use super::finish::{Found, Tables, apply, fill, list_cuts};
+use super::nodes::Nodes;
+use super::pipeline::{Built, Clock};
+use super::records::{EdgeCorner, Patch};
+use super::scan::scan;
+use super::seams::{Seaming, seams};
+use super::stitch::stitch;
+use super::tail::Edges;
+use super::way::Way;
+use crate::chunk::grid::{Bounds, Grid};
+use crate::chunk::measure::Coord;
+use crate::corner::Index;
+use crate::error::{Error, Result};
+use crate::folder;
+use crate::shuffle::Shuffle;
+
+/// Runs the passes; or says, when the scan finds the order to be no help and `whatever` is not
+/// set, which way is better.
+///
+/// # Errors
+/// Those of the passes.
+pub fn in_order<I: Index, W: Index, X: Coord>(
+    clock: &mut Clock,
+    job: &Job,
+    bounds: &Bounds,
+    whatever: bool,
+) -> Result<Result<Built, Way>> {
+    let (ws, t) = (job.ws, job.shape.triangles);
+    let (seam_bits, unreferenced) = clock.pass("scan", "triangles", t, || scan::<I>(job))?;
+    if !whatever && let Some(better) = Way::after_scan(job, seam_bits.count()) {
+        return Ok(Err(better));
+    }
+    let create =
+        |name, shape: &[u64], row| OutArray::create(job.dir, name, I::DESCR, shape, row, &ws.io);
+    let row = 3 * I::BYTES as u64;
+    let v = create(folder::V, &[t, 3], row)?;
+    let o = create(folder::O, &[t, 3], row)?;
+    let component = create(folder::COMPONENT, &[t], I::BYTES as u64)?;
+    let grid = Grid::new(bounds);
+    let n = job.shape.vertices.max(1);
+    let record = size_of::<EdgeCorner<W>>();
+    // A surface has about three edges a vertex, each with two corners.
+    let expected = (6 * seam_bits.count()).min(3 * t);
+    let edges = Shuffle::new(ws, "seam corners", 0..n, job.shuffle_plan(record, expected))?;
+    let plan = job.shuffle_plan(record, t / 64);
+    let cuts = Shuffle::new(ws, "non-manifold corners", 0..n, plan)?;
+    let chunked = clock.pass("chunks", "triangles", t, || {
+        let sinks = Sinks {
+            edges: &edges,
+            cuts: &cuts,
+            v: &v,
+            o: &o,
+            component: &component,
+        };
+        chunks::<I, W, X>(job, &seam_bits, &grid, &sinks)
+    })?;
+    drop(seam_bits);
+    let nodes = Nodes::InOrder(&chunked, job.plan.chunk);
+    check_labels::<W>(job, &chunked, None)?;
+    let spilled = chunked.settled.spilled;
+    let edges = edges.finish()?;
+    let plan = job.shuffle_plan(size_of::<Patch<W>>(), edges.records());
+    let patches = Shuffle::<Patch<W>>::new(ws, "opposites", 0..t.max(1), plan)?;
+    let links = ws.scratch.file("links")?;
+    let borders = ws.scratch.file("borders at seams")?;
+    let seamed = clock.pass("seams", "corners", spilled, || {
+        let seaming = Seaming {
+            edges: &edges,
+            cuts: &cuts,
+            patches: &patches,
+            links: &links,
+            borders: &borders,
+        };
+        seams(job, &seaming, super::writer_bytes(&plan), |corner| {
+            nodes.of_corner(corner)
+        })
+    })?;
+    drop(edges);
+    let (cuts, patches) = (cuts.finish()?, patches.finish()?);
+    let settled = Edges {
+        first: &chunked.settled,
+        seams: &seamed,
+        cut_corners: cuts.records(),
+        unreferenced,
+        bounds,
+    };
+    let mut counts = settled.counts(job)?;
+    let records = links.len() / (2 * W::BYTES as u64);
+    let labels = clock.pass("stitch", "links", records, || {
+        stitch::<W>(job, &nodes, &links, |mark| chunked.conflicts(ws, mark))
+    })?;
+    drop(links);
+    if cuts.records() > 0 {
+        check_labels::<W>(job, &chunked, Some(labels.components))?;
+    }
+    let chosen = clock.pass("components", "", 0, || {
+        let given = Given {
+            nodes,
+            labels: &labels,
+            borders: &borders,
+            cuts: &cuts,
+            grid: &grid,
+        };
+        let sums = ChunkSums {
+            chunked: &chunked,
+            labels: &labels,
+            component: &component,
+            grid: &grid,
+        };
+        components(job, &given, &mut counts, |pieces, memory| {
+            sum_chunks::<I, W, X>(job, &sums, pieces, memory)
+        })
+    })?;
+    drop(cuts);
+    let flipped = OutArray::create(job.dir, folder::FLIPPED, "|u1", &[t.div_ceil(8)], 1, &ws.io)?;
+    let degenerate = create(folder::DEGENERATE, &[counts.degenerate], I::BYTES as u64)?;
+    let tables = Tables {
+        v: &v,
+        o: &o,
+        component: &component,
+        flipped: &flipped,
+        degenerate: &degenerate,
+    };
+    let found = Found {
+        nodes,
+        labels: &labels,
+        chosen: &chosen,
+    };
+    let [edges, corners] = clock.pass("finish", "items", t + patches.records(), || {
+        apply::<I, W>(job, &chunked, &found, &tables)?;
+        fill::<I, W>(job, &found, &patches, &tables, counts.flipped_triangles > 0)?;
+        list_cuts::<I, W>(job, &found, &chosen.cuts, counts.nonmanifold_edges)
+    })?;
+    let table = chosen.table;
+    Ok(Ok(Built {
+        files: vec![v, o, component, flipped, table, edges, corners, degenerate],
+        counts,
+        seam_corners: spilled,
+        local_components: nodes.count(),
+    }))
+}
+
+/// Refuses, now that the number of local components is known, a budget that is too small for
+/// their labels; and, once the components are counted, for those that non-manifold edges may
+/// join (`joined`).
+fn check_labels<W: Index>(job: &Job, chunked: &Chunked, joined: Option<u64>) -> Result<()> {
+    let nodes = *chunked.base.last().unwrap_or(&0);
+    let budget = &job.ws.budget;
+    let width = W::BYTES as u64;
+    let (shape, plan, table) = (&job.shape, &job.plan, chunked.table_bytes());
+    let need = match joined {
+        None => shape.least_after_chunks(plan, nodes, width, table),
+        Some(components) => shape.least_for_cuts(plan, (nodes, components), width, table),
+    };
+    let have = budget.limit();
+    if need > have {
+        return Err(Error::Budget {
+            what: format!("the labels of {nodes} local components"),
+            // A quarter more than what is short: the other parts grow with the budget.
+            need: need + (need - have) / 4,
+            have,
+        });
+    }
+    Ok(())
+}

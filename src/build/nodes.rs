@@ -1,0 +1,51 @@
+//! How records call local components, and their numbers.
+//!
+//! Why there are two ways: in file order a chunk numbers its local components by first triangles,
+//! and the chunks before it are counted; on the path through cells they are called by their first
+//! triangles and numbered when all are known. Numbers ascend with first triangles either way.
+//!
+//! Memory: none of its own. I/O: none.
+
+use super::cells::names::Names;
+use super::chunks::Chunked;
+use super::records::EdgeCorner;
+use crate::corner::Index;
+
+/// The local components of a build.
+#[derive(Clone, Copy)]
+pub enum Nodes<'a> {
+    /// Those of chunks of so many triangles.
+    InOrder(&'a Chunked, u64),
+    /// Those of cells.
+    ByName(&'a Names),
+}
+
+impl Nodes<'_> {
+    /// How many there are.
+    pub fn count(&self) -> u64 {
+        match self {
+            Nodes::InOrder(chunked, _) => *chunked.base.last().unwrap_or(&0),
+            Nodes::ByName(names) => names.count(),
+        }
+    }
+
+    /// The number of what a link or a border calls so.
+    #[inline]
+    pub fn number(&self, called: u64) -> u64 {
+        match self {
+            Nodes::InOrder(..) => called,
+            Nodes::ByName(names) => names.number(called),
+        }
+    }
+
+    /// The number of a corner's local component.
+    #[inline]
+    pub fn of_corner<W: Index>(&self, corner: &EdgeCorner<W>) -> u64 {
+        match self {
+            Nodes::InOrder(chunked, chunk) => {
+                chunked.base[(corner.triangle() / chunk) as usize] + corner.local()
+            }
+            Nodes::ByName(names) => names.number(corner.local()),
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Which way a build goes: in file order, or through cells.
+//!
+//! Why it may be guessed: every way gives the same folder. A wrong guess costs time, and a way
+//! that turns out not to fit the budget is left for one that does.
+//!
+//! Memory: a block of V. I/O: four blocks of V.
+
+use super::Job;
+use super::arrays::TriangleReader;
+use super::cells::CellPlan;
+use super::cells::map::CellMap;
+use crate::chunk::ids::{LocalIds, TABLE_BYTES};
+use crate::corner::Index;
+use crate::error::Result;
+
+/// Triangles of a block that is looked at.
+const BLOCK: u64 = 64 << 10;
+/// Blocks that are looked at.
+const BLOCKS: u64 = 4;
+
+/// Which way to go, for tests and measurements. The output does not depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Strategy {
+    /// What suits the mesh and the budget.
+    #[default]
+    Auto,
+    /// Chunks of consecutive triangles.
+    InOrder,
+    /// Cells of vertices near in space, where there are coordinates; else by id.
+    ByPlace,
+    /// Cells of vertices near in number.
+    ById,
+}
+
+/// What cells are made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Vertices near in space.
+    Place,
+    /// Vertices near in number.
+    Id,
+}
+
+/// A way through the passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// In file order; `whatever` the scan may find.
+    InOrder {
+        /// False when the scan may find cells to be better.
+        whatever: bool,
+    },
+    /// Through cells.
+    Cells(Kind),
+}
+
+/// Chooses a way by the strategy, the sizes and a look at some blocks of V.
+///
+/// # Errors
+/// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::Input`].
+pub fn choose<I: Index>(job: &Job) -> Result<Way> {
+    let in_order = Way::InOrder { whatever: true };
+    Ok(match job.strategy {
+        Strategy::InOrder => in_order,
+        Strategy::ByPlace if job.g.is_some() => Way::Cells(Kind::Place),
+        Strategy::ByPlace | Strategy::ById => Way::Cells(Kind::Id),
+        Strategy::Auto => match fitting(job) {
+            Some(kind) if scattered::<I>(job)? => Way::Cells(kind),
+            Some(_) => Way::InOrder { whatever: false },
+            None => in_order,
+        },
+    })
+}
+
+impl Way {
+    /// The better way when a scan found so many seam vertices, if there is one.
+    pub fn after_scan(job: &Job, seams: u64) -> Option<Way> {
+        let many = 3 * seams > job.shape.vertices && helpful(job);
+        fitting(job).filter(|_| many).map(Way::Cells)
+    }
+}
+
+/// True when cells could help at all: the mesh has several chunks, and triangles that touch.
+fn helpful(job: &Job) -> bool {
+    let (t, n) = (job.shape.triangles, job.shape.vertices);
+    t > 2 * job.plan.chunk && n < 2 * t
+}
+
+/// The kind of cells that fits the budget for sure, or almost: by place few local components are
+/// expected, by id as many as triangles.
+fn fitting(job: &Job) -> Option<Kind> {
+    let (shape, memory) = (&job.shape, job.ws.budget.free());
+    let held = CellPlan::held(shape);
+    // A word and two bits for each triangle, as if each were a local component.
+    let labels = shape.triangles * shape.index + shape.triangles / 2;
+    let map = CellMap::bytes_by_place(shape.vertices) + shape.vertices / 8;
+    if job.g.is_some() && held + map <= memory / 8 * 5 {
+        return Some(Kind::Place);
+    }
+    (held + labels + shape.vertices / 8 <= memory / 2).then_some(Kind::Id)
+}
+
+/// True when consecutive triangles hardly ever share vertices, though triangles touch.
+fn scattered<I: Index>(job: &Job) -> Result<bool> {
+    if !helpful(job) {
+        return Ok(false);
+    }
+    let t = job.shape.triangles;
+    let count = BLOCK.min(job.plan.chunk).min(t);
+    let bytes = count * (TriangleReader::<I>::BYTES + 12 + TABLE_BYTES);
+    let _lease = job.ws.budget.lease("a look at V", bytes)?;
+    let mut reader = TriangleReader::<I>::new(&job.mesh.v);
+    let mut ids = LocalIds::default();
+    let (mut distinct, mut corners) = (0, 0);
+    for block in 0..BLOCKS {
+        let v = reader.read((t - count) / (BLOCKS - 1) * block, count)?;
+        ids.assign(v);
+        // Ids in a narrow range are near each other.
+        distinct += ids.table().len();
+        corners += v.len();
+    }
+    // Patches have about half a vertex a triangle, strips about one, what is scattered three.
+    Ok(10 * distinct > 6 * corners)
+}
