@@ -5,10 +5,11 @@
 
 mod common;
 
+use common::compare;
 use common::folder::Folder;
 use common::formats::write_npy;
 use common::mesh::Mesh;
-use common::naive::{self, Answer, Orient};
+use common::naive::Orient;
 use common::run::cornermill;
 use common::{random::Random, zoo};
 use std::path::Path;
@@ -30,16 +31,9 @@ impl Case<'_> {
         let out = dir.path().join("OUT.ct");
         self.build(dir.path(), &out);
         let folder = Folder::read(&out);
-        let flips = folder.flips();
-        let outward = folder.components.counts("outward");
-        let labels = folder.component.ids();
-        let choice = |t: usize| (outward[labels[t] as usize] == 1, flips[t]);
-        let answer = naive::solve(self.mesh, self.has_positions, self.orient, &choice);
-        let mut wrong = Vec::new();
-        compare_arrays(&folder, &answer, &mut wrong);
-        compare_components(&folder, &answer, &mut wrong);
-        compare_counts(&folder, &answer, &mut wrong);
-        self.compare_positions(&folder, &mut wrong);
+        let answer = compare::answer(&folder, self.mesh, self.has_positions, self.orient);
+        let positions = self.has_positions.then_some(&self.mesh.positions[..]);
+        let mut wrong = compare::differences(&folder, &answer, positions, "u4");
         let verified = cornermill(["verify".as_ref(), out.as_os_str()]);
         if verified.code != 0 {
             wrong.push(format!("verify refuses: {verified}"));
@@ -72,173 +66,6 @@ impl Case<'_> {
         }
         args.extend(self.indifferent.iter().map(Into::into));
         cornermill(args).expect(0);
-    }
-
-    /// Coordinates must be kept to the bit, in the order of the input.
-    fn compare_positions(&self, folder: &Folder, wrong: &mut Vec<String>) {
-        let expected = self.has_positions.then_some(&self.mesh.positions);
-        let same = match (&folder.g, expected) {
-            (None, None) => true,
-            (Some(g), Some(p)) => {
-                let bytes: Vec<u8> = p
-                    .as_flattened()
-                    .iter()
-                    .flat_map(|x| x.to_le_bytes())
-                    .collect();
-                g.dtype() == "f4" && g.shape == [p.len(), 3] && g.data == bytes
-            }
-            _ => false,
-        };
-        if !same {
-            wrong.push("G differs from the input".into());
-        }
-    }
-}
-
-/// Notes `name` when the two differ, with both.
-fn same<T: PartialEq + std::fmt::Debug>(
-    wrong: &mut Vec<String>,
-    name: &str,
-    found: T,
-    expected: T,
-) {
-    if found != expected {
-        wrong.push(format!(
-            "{name}\n  found    {found:?}\n  expected {expected:?}"
-        ));
-    }
-}
-
-/// A column by name, and what it must hold for a row of the oracle.
-type Column<Row> = (&'static str, fn(&Row) -> u64);
-
-fn compare_arrays(folder: &Folder, answer: &Answer, wrong: &mut Vec<String>) {
-    let triangles = answer.v.len();
-    same(wrong, "V", folder.v.ids(), answer.v.concat());
-    same(wrong, "O", folder.o.ids(), answer.o.clone());
-    same(
-        wrong,
-        "component",
-        folder.component.ids(),
-        answer.component.clone(),
-    );
-    same(wrong, "flipped", folder.flips(), answer.flipped.clone());
-    same(
-        wrong,
-        "degenerate",
-        folder.degenerate.ids(),
-        answer.degenerate.clone(),
-    );
-    let corners = answer
-        .nonmanifold_edges
-        .iter()
-        .flat_map(|e| e.1.clone())
-        .collect();
-    same(
-        wrong,
-        "nonmanifold_corners",
-        folder.nonmanifold_corners.ids(),
-        corners,
-    );
-    let columns: [Column<naive::CutEdge>; 4] = [
-        ("lo", |e| e.0.0),
-        ("hi", |e| e.0.1),
-        ("corners", |e| e.1.len() as u64),
-        ("first_corner", |e| e.1[0]),
-    ];
-    for (name, value) in columns {
-        let expected = answer.nonmanifold_edges.iter().map(value).collect();
-        same(wrong, name, folder.nonmanifold_edges.counts(name), expected);
-    }
-    same(
-        wrong,
-        "shape of V",
-        folder.v.shape.clone(),
-        vec![triangles, 3],
-    );
-    same(
-        wrong,
-        "shape of O",
-        folder.o.shape.clone(),
-        vec![triangles, 3],
-    );
-    for (name, array) in [
-        ("V", &folder.v),
-        ("O", &folder.o),
-        ("component", &folder.component),
-        ("nonmanifold_corners", &folder.nonmanifold_corners),
-        ("degenerate", &folder.degenerate),
-    ] {
-        same(
-            wrong,
-            &format!("type of {name}"),
-            array.dtype(),
-            "u4".into(),
-        );
-    }
-}
-
-fn compare_components(folder: &Folder, answer: &Answer, wrong: &mut Vec<String>) {
-    let columns: [Column<naive::Component>; 10] = [
-        ("first_triangle", |c| c.members[0] as u64),
-        ("triangles", |c| c.members.len() as u64),
-        ("flipped", |c| c.flipped),
-        ("edges", |c| c.edges),
-        ("border_edges", |c| c.border_edges),
-        ("cut_edges", |c| c.cut_edges),
-        ("orientable", |c| c.orientable.into()),
-        ("closed", |c| c.closed.into()),
-        ("watertight", |c| c.watertight.into()),
-        ("outward", |c| c.outward.into()),
-    ];
-    let table = &folder.components;
-    for (name, value) in columns {
-        let expected: Vec<u64> = answer.components.iter().map(value).collect();
-        same(
-            wrong,
-            &format!("components.{name}"),
-            table.counts(name),
-            expected,
-        );
-    }
-    let (volume, area) = (table.floats("six_volume"), table.floats("area"));
-    let (low, high) = (table.floats("bbox_min"), table.floats("bbox_max"));
-    let rows = answer
-        .components
-        .iter()
-        .enumerate()
-        .filter(|(i, _)| *i < volume.len());
-    for (i, c) in rows {
-        let close = |found: f64, expected: f64, slack: f64| {
-            (found.is_nan() && expected.is_nan()) || (found - expected).abs() <= slack
-        };
-        if !close(volume[i][0], c.six_volume, c.volume_slack) {
-            wrong.push(format!(
-                "six_volume of {i}: {:?}, expected {}",
-                volume[i], c.six_volume
-            ));
-        }
-        if !close(area[i][0], c.area, c.area_slack) {
-            wrong.push(format!("area of {i}: {:?}, expected {}", area[i], c.area));
-        }
-        if let Some([a, b]) = c.bounds {
-            same(
-                wrong,
-                &format!("bbox of {i}"),
-                (&low[i][..], &high[i][..]),
-                (&a[..], &b[..]),
-            );
-        }
-    }
-}
-
-fn compare_counts(folder: &Folder, answer: &Answer, wrong: &mut Vec<String>) {
-    for (&name, &expected) in &answer.counts {
-        match folder.count(name) {
-            // A number that not every build computes.
-            None if name == "components_joined" => {}
-            found => same(wrong, name, found, Some(expected)),
-        }
     }
 }
 

@@ -3,6 +3,20 @@
 //! All of it is decided by keyed bijections and by hashes of the *original* triangle number, so that
 //! triangle `i` of the file is found without its predecessors, and a triangle is flipped or not
 //! whatever the order.
+//!
+//! | order | triangle i of the file is, of T | hard because |
+//! |---|---|---|
+//! | coherent | i | |
+//! | reversed | T - 1 - i | vertices are first seen from the last |
+//! | shuffle-vertices | i | a triangle's vertices are anywhere, in G too |
+//! | shuffle-triangles | P(i) | neighbours are anywhere in the file |
+//! | shuffle | P(i) | both |
+//! | interleaved | i / 2, or half + i / 2 for odd i | every chunk has two fronts |
+//! | strips | a triangle of the i % 64-th of 64 strips | every chunk has 64 fronts, all across the vertices |
+//! | sorted-x | across(i) | every chunk meets the whole range of vertices |
+//!
+//! P is a keyed bijection of 0..T, vertices go through one of 0..V where they are shuffled; see
+//! [`Permutation`].
 
 use clap::ValueEnum;
 
@@ -24,8 +38,11 @@ pub enum Order {
     ShuffleVertices,
     /// Both in random order, and the corners of each triangle turned (what --shuffle does).
     Shuffle,
-    /// The two halves of the mesh interleaved, triangle by triangle.
+    /// Two scans interleaved: the two halves of the mesh, triangle by triangle.
     Interleaved,
+    /// Strips across: the order of sorted-x cut into 64 equal strips, one triangle of each by turns;
+    /// the seed decides which strip has which turn.
+    Strips,
     /// Triangles sorted by x: they run across the order of the vertices. Grids: column by column;
     /// blobs: within each blob; soup and fan have no other direction and stay as they are.
     SortedX,
@@ -60,6 +77,39 @@ pub struct View<'a> {
     options: Options,
     triangles: Option<Permutation>,
     vertices: Option<Permutation>,
+    strips: Strips,
+}
+
+/// Strips of the order strips.
+const STRIPS: usize = 64;
+
+/// The numbers 0..count in 64 strips of consecutive ones, taken by turns.
+///
+/// Why it is a bijection: number i of the new order belongs to turn i % 64, so a turn comes up
+/// `count / 64` times and once more when it is below `count % 64`. The strip of that turn is exactly
+/// as long, and the strips lie one behind the other in a keyed order, so together they hold each
+/// number once.
+struct Strips {
+    /// Where the strip of each turn begins.
+    starts: [u64; STRIPS],
+}
+
+impl Strips {
+    fn new(count: u64, key: u64) -> Strips {
+        let (each, more) = (count / STRIPS as u64, count % STRIPS as u64);
+        let order = Permutation::new(STRIPS as u64, key);
+        let mut starts = [0; STRIPS];
+        let mut at = 0;
+        for turn in (0..STRIPS as u64).map(|place| order.apply(place)) {
+            starts[turn as usize] = at;
+            at += each + u64::from(turn < more);
+        }
+        Strips { starts }
+    }
+
+    fn apply(&self, i: u64) -> u64 {
+        self.starts[(i % STRIPS as u64) as usize] + i / STRIPS as u64
+    }
 }
 
 impl<'a> View<'a> {
@@ -74,6 +124,7 @@ impl<'a> View<'a> {
             .then(|| Permutation::new(truth.vertices, key(2)));
         View {
             mesh,
+            strips: Strips::new(truth.triangles, key(5)),
             truth,
             options,
             triangles,
@@ -139,6 +190,7 @@ impl<'a> View<'a> {
             Order::Reversed => count - 1 - i,
             Order::Interleaved if i.is_multiple_of(2) => i / 2,
             Order::Interleaved => count.div_ceil(2) + i / 2,
+            Order::Strips => self.mesh.across(self.strips.apply(i)),
             Order::SortedX => self.mesh.across(i),
             Order::Shuffle | Order::ShuffleTriangles => match &self.triangles {
                 Some(p) => p.apply(i),

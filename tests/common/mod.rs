@@ -9,6 +9,7 @@
 #![allow(dead_code)]
 
 pub mod bench;
+pub mod compare;
 pub mod folder;
 pub mod formats;
 pub mod mesh;

@@ -106,14 +106,16 @@ fn assert_holds(what: &str, facts: &Value, triangles: &[[u64; 3]], vertices: u64
     }
 }
 
-const LINES: [&str; 9] = [
+const LINES: [&str; 11] = [
     "sphere --size 12 --seed 3 --defects=2",
     "sphere --triangles 2k --shuffle --flip 0.3",
     "torus --size 16x30 --shuffle --flip 0.3 --defects=2",
     "terrain --triangles 1k --order sorted-x",
     "moebius --size 3x50 --flip 0.3",
     "blobs --triangles 3k --blobs 12 --shuffle --defects=1 --flip 0.5",
-    "soup --triangles 150 --shuffle",
+    "soup --triangles 150 --shuffle --flip 0.3",
+    "soup --triangles 150 --order strips",
+    "torus --size 16x30 --order strips --flip 0.3 --defects=2",
     "fan --size 90 --order reversed --defects=3",
     "cone --size 90 --order interleaved --flip 0.2",
 ];

@@ -163,6 +163,7 @@ fn orders_are_as_near_or_far_as_they_say() {
         (Order::ShuffleVertices, near.clone(), random.clone()),
         (Order::Shuffle, random.clone(), random),
         (Order::Interleaved, near.clone(), near.clone()),
+        (Order::Strips, 0.05..0.2, near.clone()),
         (Order::SortedX, near.clone(), near),
     ];
     for (order, triangles, vertices) in expected {
@@ -177,6 +178,48 @@ fn orders_are_as_near_or_far_as_they_say() {
             "{order:?}: vertices {}",
             found.1
         );
+    }
+}
+
+#[test]
+fn interleaved_halves_each_run_in_order() {
+    for mesh in [
+        Loose::new(Form::Soup, 100, 1),
+        Loose::new(Form::Soup, 101, 1),
+        Loose::new(Form::Soup, 1, 1),
+    ] {
+        let count = mesh.truth().triangles;
+        let view = view(&mesh, Order::Interleaved, 0.0);
+        let scan = |from| (from..count).step_by(2).map(|i| view.triangle(i).source);
+        let both: Vec<u64> = scan(0).chain(scan(1)).collect();
+        assert_eq!(both, (0..count).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn strips_run_across_and_take_turns() {
+    // Of a soup, whose order across is its own: each turn is a run of consecutive triangles.
+    for count in [1, 3, 63, 64, 65, 127, 128, 1000, 64_037] {
+        let mesh = Loose::new(Form::Soup, count, 1);
+        let view = view(&mesh, Order::Strips, 0.0);
+        let strip = |turn| {
+            let places = (turn..count).step_by(64);
+            places.map(|i| view.triangle(i).source).collect::<Vec<_>>()
+        };
+        let mut strips: Vec<_> = (0..64.min(count)).map(strip).collect();
+        for strip in &strips {
+            assert!(strip.windows(2).all(|w| w[1] == w[0] + 1), "{count}");
+        }
+        strips.sort();
+        assert_eq!(strips.concat(), (0..count).collect::<Vec<_>>());
+    }
+    // Of a sphere, 64 triangles in a row meet its whole range of vertices.
+    let mesh = Sphere::new(40, 1);
+    let view = view(&mesh, Order::Strips, 0.0);
+    for start in (0..mesh.truth().triangles - 64).step_by(500) {
+        let ids = (start..start + 64).map(|i| view.triangle(i).corners[0]);
+        let (low, high) = (ids.clone().min().unwrap(), ids.max().unwrap());
+        assert!(high - low > mesh.truth().vertices / 2, "from {start}");
     }
 }
 

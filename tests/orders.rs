@@ -1,0 +1,290 @@
+//! Every order in which data-gen writes a mesh, and every kind of mesh in hard orders: the folder
+//! must be what the naive oracle says, and byte for byte the same for every way to build it.
+//!
+//! [`VARIANTS`] lists those ways in one place. Meshes of some thousand triangles are held to the
+//! oracle, with chunks and buckets so small that all of it hangs on seams; larger ones are built in
+//! the least memory that is accepted, where shuffles go to disk, and compared with a build in
+//! ample memory, whose code the small ones have proved.
+
+mod common;
+
+use clap::Parser;
+use common::bench::assert_same_files;
+use common::compare;
+use common::folder::{Folder, files};
+use common::mesh::Mesh;
+use common::naive::Orient;
+use common::npy::Npy;
+use cornermill::Error;
+use cornermill::build::{BuildReport, Builder, IndexChoice};
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+/// A way to build: what it is called, and what it asks of the builder.
+type Variant = (&'static str, fn(Builder) -> Builder);
+
+/// The strategies between which a build chooses. One that can be asked for joins here, and every
+/// test of this file, in ample memory and in little, runs each.
+const STRATEGIES: [Variant; 1] = [("the strategy that it chooses", |b| b)];
+
+/// What must not show in the folder besides. A new knob of the builder joins here.
+const VARIANTS: [Variant; 7] = [
+    ("one thread", |b| b.threads(1)),
+    ("chunks of 1", |b| b.threads(2).chunk_triangles(1)),
+    ("chunks of 7, 3 buckets", |b| {
+        b.threads(1).chunk_triangles(7).buckets(3)
+    }),
+    ("chunks of 64, 1 bucket", |b| {
+        b.threads(3).chunk_triangles(64).buckets(1)
+    }),
+    ("chunks of 500, many buckets", |b| {
+        b.threads(2).chunk_triangles(500).buckets(1000)
+    }),
+    ("2 MiB", |b| b.threads(1).memory(2 << 20)),
+    ("5 MiB, chunks of 64", |b| {
+        b.threads(3).memory(5 << 20).chunk_triangles(64)
+    }),
+];
+
+/// Both widths of ids, and their names.
+const WIDTHS: [(&str, IndexChoice); 2] = [("u4", IndexChoice::Auto), ("u8", IndexChoice::U8)];
+
+/// Every order of data-gen.
+const ORDERS: [&str; 8] = [
+    "coherent",
+    "reversed",
+    "shuffle-triangles",
+    "shuffle-vertices",
+    "shuffle",
+    "interleaved",
+    "strips",
+    "sorted-x",
+];
+
+/// A mesh that data-gen wrote, in a directory of its own.
+struct Input {
+    line: String,
+    dir: TempDir,
+}
+
+impl Input {
+    /// Makes what a command line of data-gen says.
+    fn new(line: &str) -> Input {
+        let dir = fast_dir();
+        let v = dir.path().join("V.npy");
+        let words = ["data-gen", "-o", v.to_str().expect("a plain path")];
+        let words = words.into_iter().chain(line.split_whitespace());
+        let args = data_gen::Args::try_parse_from(words).unwrap_or_else(|e| panic!("{line}: {e}"));
+        data_gen::args::run(&args).unwrap_or_else(|e| panic!("{line}: {e}"));
+        Input {
+            line: line.into(),
+            dir,
+        }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    /// A builder with two threads and 64 MiB; variants change that.
+    fn builder(&self) -> Builder {
+        let builder = Builder::new(self.path("V.npy")).threads(2).memory(64 << 20);
+        let g = self.path("V.G.npy");
+        let builder = builder.force(true);
+        if g.exists() {
+            builder.positions(g)
+        } else {
+            builder
+        }
+    }
+
+    /// The mesh as the oracle takes it.
+    fn mesh(&self) -> Mesh {
+        let v = Npy::read(&self.path("V.npy")).ids();
+        let triangles = v.as_chunks().0.iter();
+        let triangles: Vec<[u32; 3]> = triangles.map(|t: &[u64; 3]| t.map(|v| v as u32)).collect();
+        let g = self.path("V.G.npy");
+        let positions = if g.exists() {
+            let words = Npy::read(&g).data;
+            let numbers = words.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b));
+            let numbers: Vec<f32> = numbers.collect();
+            numbers.as_chunks().0.to_vec()
+        } else {
+            let count = triangles.as_flattened().iter().max().map_or(0, |v| v + 1);
+            vec![[0.0; 3]; count as usize]
+        };
+        Mesh::new(&self.line, triangles, positions)
+    }
+
+    /// The oracle's answer at both widths, and the same bytes from every variant.
+    fn check(&self) {
+        let mesh = self.mesh();
+        let has_positions = self.path("V.G.npy").exists();
+        let positions = has_positions.then_some(&mesh.positions[..]);
+        let mut answer = None;
+        for (index, width) in WIDTHS {
+            let out = self.path("expected.ct");
+            let builder = self.builder().index(width);
+            build(&builder, &out, &self.line);
+            let folder = Folder::read(&out);
+            let answer = answer.get_or_insert_with(|| {
+                compare::answer(&folder, &mesh, has_positions, Orient::Outward)
+            });
+            let wrong = compare::differences(&folder, answer, positions, index);
+            assert!(
+                wrong.is_empty(),
+                "{}, {index}:\n{}",
+                self.line,
+                wrong.join("\n")
+            );
+            let expected = files(&out);
+            for (name, strategy) in STRATEGIES {
+                for (more, variant) in VARIANTS {
+                    let how = format!("{}, {index}, {name}, {more}", self.line);
+                    let out = self.path("found.ct");
+                    build(&variant(strategy(builder.clone())), &out, &how);
+                    assert_same_files(&files(&out), &expected, &how);
+                }
+            }
+        }
+    }
+
+    /// The same bytes in ample memory and in at most a quarter of the mesh's bytes, or else in
+    /// the least that is accepted, on so many threads. Gives the least scratch that one of the
+    /// small builds took.
+    fn check_in_little(&self, threads: usize) -> u64 {
+        let bytes = |name| self.path(name).metadata().map_or(0, |m| m.len());
+        let quarter = (bytes("V.npy") + bytes("V.G.npy")) / 4;
+        let mut scratch = u64::MAX;
+        for (index, width) in WIDTHS {
+            let out = self.path("expected.ct");
+            let builder = self.builder().index(width);
+            build(&builder.clone().memory(512 << 20), &out, &self.line);
+            let expected = files(&out);
+            let builder = builder.threads(threads);
+            for (name, strategy) in STRATEGIES {
+                let how = format!("{}, {index}, {name}, {threads} threads", self.line);
+                let out = self.path("found.ct");
+                let cost = build_in_least(&strategy(builder.clone()), quarter, &out, &how);
+                assert_same_files(&files(&out), &expected, &how);
+                scratch = scratch.min(cost.peak_scratch);
+            }
+        }
+        scratch
+    }
+}
+
+/// A directory in memory where the system has one: every build syncs its files, and on a disk the
+/// thousand builds of this file would spend their time waiting for that.
+fn fast_dir() -> TempDir {
+    tempfile::tempdir_in("/dev/shm")
+        .or_else(|_| tempfile::tempdir())
+        .expect("a temporary directory")
+}
+
+fn build(builder: &Builder, out: &Path, how: &str) -> BuildReport {
+    builder.build(out).unwrap_or_else(|e| panic!("{how}: {e}"))
+}
+
+/// Builds in `memory` bytes, or else in what the refusal names.
+fn build_in_least(builder: &Builder, mut memory: u64, out: &Path, how: &str) -> BuildReport {
+    for _ in 0..20 {
+        match builder.clone().memory(memory).build(out) {
+            Ok(report) => return report,
+            Err(Error::Budget { need, .. }) if need > memory => memory = need,
+            Err(e) => panic!("{how} in {memory} bytes: {e}"),
+        }
+    }
+    panic!("{how}: refused again and again, last with {memory} bytes");
+}
+
+#[test]
+fn every_order_of_a_closed_surface_with_flips() {
+    for (seed, order) in ORDERS.iter().enumerate() {
+        let options = format!("--order {order} --flip 0.3 --seed {seed}");
+        Input::new(&format!("sphere --triangles 2k {options}")).check();
+    }
+}
+
+#[test]
+fn every_order_of_a_surface_with_faults() {
+    for (seed, order) in ORDERS.iter().enumerate() {
+        let options = format!("--order {order} --flip 0.4 --seed {seed}");
+        Input::new(&format!("torus --size 23x41 --defects=3 {options}")).check();
+    }
+}
+
+#[test]
+fn every_order_without_coordinates() {
+    for (seed, order) in ORDERS.iter().enumerate() {
+        let options = format!("--order {order} --flip 0.3 --seed {seed}");
+        Input::new(&format!("blobs -t 1k --blobs 9 --no-positions {options}")).check();
+    }
+}
+
+#[test]
+fn borders_and_what_cannot_be_oriented_in_hard_orders() {
+    for kind in ["terrain", "moebius", "klein"] {
+        for order in ["shuffle", "strips", "shuffle-vertices", "interleaved"] {
+            for faults in [0, 2] {
+                let options = format!("--order {order} --flip 0.3 --defects={faults}");
+                Input::new(&format!("{kind} --triangles 1k {options}")).check();
+            }
+        }
+    }
+}
+
+#[test]
+fn many_components_in_hard_orders() {
+    for line in [
+        "blobs -t 1k --blobs 30",
+        "blobs -t 1k --blobs 7 --defects=3",
+        "soup -t 300",
+        "soup -t 200 --defects=5",
+    ] {
+        for order in ["coherent", "shuffle", "strips", "reversed"] {
+            Input::new(&format!("{line} --order {order} --flip 0.3")).check();
+        }
+    }
+}
+
+#[test]
+fn hubs_in_hard_orders() {
+    for line in ["fan -t 700", "cone -t 800", "book -t 400", "stack -t 300"] {
+        for order in ["coherent", "shuffle", "strips"] {
+            for faults in [0, 4] {
+                let options = format!("--order {order} --flip 0.3 --defects={faults}");
+                Input::new(&format!("{line} {options}")).check();
+            }
+        }
+    }
+}
+
+#[test]
+fn every_order_in_little_memory() {
+    for order in ORDERS {
+        let flips = if order == "coherent" { 0.0 } else { 0.3 };
+        let input = Input::new(&format!("sphere -t 150k --order {order} --flip {flips}"));
+        let scratch = input.check_in_little(1);
+        if order.starts_with("shuffle") {
+            assert!(scratch > 1 << 20, "{order}: nothing spilled");
+        }
+    }
+}
+
+#[test]
+fn hubs_and_crowds_in_little_memory() {
+    for line in [
+        "fan -t 60k",
+        "cone -t 60k",
+        "book -t 60k",
+        "stack -t 60k",
+        "soup -t 60k",
+        "blobs -t 80k --defects=50",
+        "klein -t 80k --defects=50",
+    ] {
+        let input = Input::new(&format!("{line} --order shuffle --flip 0.3"));
+        let scratch = input.check_in_little(2);
+        assert!(scratch > 1 << 20, "{line}: nothing spilled");
+    }
+}
