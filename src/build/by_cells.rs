@@ -6,7 +6,7 @@ use super::cells::assemble::{Said, assemble};
 use super::cells::deal::{Hands, deal};
 use super::cells::map::{by_id, by_place};
 use super::cells::names::{Marks, Names};
-use super::cells::places::{Places, Positions, Whole, deal_places};
+use super::cells::places::{Places, Positions, deal_places};
 use super::cells::records::{NodeCount, Reply};
 use super::cells::settle::{APPENDED, Sinks, settle};
 use super::cells::sums::Sums;
@@ -20,6 +20,7 @@ use super::seams::{Seaming, seams};
 use super::stitch::stitch;
 use super::tail::Edges;
 use super::way::{Kind, Way};
+use super::whole::Whole;
 use super::{Job, scratch_items};
 use crate::chunk::grid::{Bounds, Grid};
 use crate::chunk::measure::Coord;
@@ -193,13 +194,8 @@ fn first_passes<I: Index, W: Index, X: Coord>(
         (Some(g), Kind::Place) => by_place::<X>(job, g, bounds, plan.cells),
         _ => by_id::<I>(job, plan.cells),
     })?;
-    let whole = match &job.g {
-        Some(g) if Whole::<X>::possible(g) => {
-            let fits = Whole::<X>::bytes(n) <= ws.budget.limit() / 2;
-            fits.then(|| Whole::<X>::new(job, g)).transpose()?
-        }
-        _ => None,
-    };
+    // The other half is for writers and cells.
+    let whole = Whole::<X>::within(job, ws.budget.limit() / 2 - map.bytes())?;
     let (hands, places) = clock.pass("deal", "triangles", t, || {
         let places = match (&job.g, whole, kind) {
             (None, ..) => Places::None,

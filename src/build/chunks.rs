@@ -16,8 +16,9 @@ use super::arrays::{CoordReader, OutArray, TriangleReader, bad_index};
 use super::records::{EdgeCorner, LocalCount, MeasureRecord};
 use super::scan::Seams;
 use super::scratch_items;
+use super::whole::Whole;
 use crate::chunk::grid::Grid;
-use crate::chunk::ids::LocalIds;
+use crate::chunk::ids::{LocalIds, NARROW_SPAN};
 use crate::chunk::measure::{Coord, Measure, Measurer};
 use crate::chunk::pair::{Pairs, SPECIAL};
 use crate::chunk::swirl::{NO_COMPONENT, Swirl};
@@ -95,6 +96,8 @@ pub struct Sinks<'a, W: Index> {
 struct Thread<'a, I, W: Index, X> {
     reader: TriangleReader<'a, I>,
     coords: Option<CoordReader<'a, X>>,
+    whole: Option<&'a Whole<X>>,
+    positions: Vec<[X; 3]>,
     edges: Writer<'a, EdgeCorner<W>>,
     cuts: Writer<'a, EdgeCorner<W>>,
     kernels: Kernels,
@@ -132,6 +135,7 @@ pub fn chunks<I: Index, W: Index, X: Coord>(
         .budget
         .lease("the table of chunks", table_bytes(chunks))?;
     let _scratch = job.chunk_lease("chunks")?;
+    let whole = Whole::<X>::within(job, 3 * ws.workers.count() as u64 * job.plan.writer)?;
     let infos = Mutex::new(vec![ChunkInfo::default(); chunks as usize]);
     let counts = ws.scratch.file("counts of local components")?;
     let measures = ws.scratch.file("measures of local components")?;
@@ -144,7 +148,7 @@ pub fn chunks<I: Index, W: Index, X: Coord>(
     };
     ws.workers.run(
         chunks,
-        || Thread::<I, W, X>::new(job, sinks),
+        || Thread::<I, W, X>::new(job, sinks, whole.as_ref()),
         |thread, chunk| {
             let info = thread.chunk(job, seams, grid, sinks, &out, chunk)?;
             infos.lock().unwrap_or_else(|e| e.into_inner())[chunk as usize] = info;
@@ -232,10 +236,12 @@ struct Outputs<'a> {
 }
 
 impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
-    fn new(job: &'a Job, sinks: &Sinks<'a, W>) -> Result<Self> {
+    fn new(job: &'a Job, sinks: &Sinks<'a, W>, whole: Option<&'a Whole<X>>) -> Result<Self> {
         Ok(Thread {
             reader: TriangleReader::new(&job.mesh.v),
             coords: job.g.as_ref().map(CoordReader::new),
+            whole,
+            positions: Vec::new(),
             edges: sinks.edges.writer()?,
             cuts: sinks.cuts.writer()?,
             kernels: Kernels::default(),
@@ -349,14 +355,27 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
         })
     }
 
-    /// Measures the local components now, when they are few and their coordinates near.
+    /// Measures the local components now, when they are few and their coordinates at hand.
     fn measure(&mut self, job: &Job, grid: &Grid, out: &Outputs) -> Result<Option<u64>> {
         let Kernels { ids, swirl, .. } = &self.kernels;
         let few = swirl.components.len() as u64 <= job.plan.chunk / 16 + 8;
-        let (Some(coords), Some(first), true) = (&mut self.coords, ids.window(), few) else {
+        let (Some(coords), true) = (&mut self.coords, few) else {
             return Ok(None);
         };
-        let positions = coords.read(first, ids.span() as u64)?;
+        // As many as the memory of a narrow chunk holds.
+        let span = ids.span() as u64;
+        let fits = span <= NARROW_SPAN * swirl.label.len() as u64;
+        let positions = match (ids.window(), self.whole) {
+            (Some(first), _) => coords.read(first, span)?,
+            (None, Some(whole)) if fits => {
+                let g = whole.rows()?;
+                self.positions.clear();
+                let rows = ids.table().iter().map(|&v| g[v as usize]);
+                self.positions.extend(rows);
+                &self.positions
+            }
+            _ => return Ok(None),
+        };
         self.measures.clear();
         self.measures
             .resize(swirl.components.len(), Measure::default());

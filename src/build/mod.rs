@@ -25,6 +25,7 @@ pub mod scan;
 pub mod seams;
 pub mod stitch;
 pub mod tally;
+pub mod whole;
 
 mod builder;
 mod by_cells;

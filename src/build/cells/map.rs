@@ -40,7 +40,7 @@ pub struct CellMap {
     shift: u32,
     /// Number of cells.
     pub cells: u64,
-    _lease: Lease,
+    lease: Lease,
 }
 
 impl CellMap {
@@ -48,6 +48,11 @@ impl CellMap {
     #[inline]
     pub fn of(&self, v: u64) -> u16 {
         self.table[(v >> self.shift) as usize].load(Ordering::Relaxed)
+    }
+
+    /// Bytes of this map.
+    pub fn bytes(&self) -> u64 {
+        self.lease.bytes()
     }
 
     /// Bytes of a map by place.
@@ -97,7 +102,7 @@ pub fn by_id<I: Index>(job: &Job, cells: u64) -> Result<CellMap> {
     let entries = ((n - 1) >> shift) + 1;
     let cell = |block: u64| ends.partition_point(|&end| end <= block << shift) as u16;
     Ok(CellMap {
-        _lease: budget.lease("cells by id", 2 * entries)?,
+        lease: budget.lease("cells by id", 2 * entries)?,
         table: (0..entries).map(|b| AtomicU16::new(cell(b))).collect(),
         shift,
         cells: ends.len() as u64 + 1,
@@ -131,7 +136,7 @@ pub fn by_place<X: Coord>(
     drop(reader);
     let intervals = Intervals::new(ends(sample, cells));
     let map = CellMap {
-        _lease: ws
+        lease: ws
             .budget
             .lease("cells by place", CellMap::bytes_by_place(n))?,
         table: (0..n).map(|_| AtomicU16::new(0)).collect(),

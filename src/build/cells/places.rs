@@ -10,16 +10,15 @@
 
 use super::super::Job;
 use super::super::arrays::CoordReader;
+use super::super::whole::Whole;
 use super::map::CellMap;
 use super::records::Spot;
 use crate::chunk::ids::LocalIds;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
-use crate::disk::{Lease, Window};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::input::CoordArray;
 use crate::shuffle::{Buckets, Plan, Shuffle};
-use std::marker::PhantomData;
 
 /// Positions that pass by at a time.
 const PASSING: usize = 4096;
@@ -40,55 +39,10 @@ pub enum Places<X> {
     Wide(Buckets<Spot<u64>>),
 }
 
-/// All of G, mapped.
-pub struct Whole<X> {
-    window: Window,
-    _lease: Lease,
-    _type: PhantomData<X>,
-}
-
-impl<X: Coord> Whole<X> {
-    /// Bytes of the mapping.
-    pub fn bytes(vertices: u64) -> u64 {
-        vertices * 3 * X::BYTES as u64 + (64 << 10)
-    }
-
-    /// True when the machine reads G as it lies.
-    pub fn possible(g: &CoordArray) -> bool {
-        cfg!(target_endian = "little") && g.placed
-    }
-
-    /// Maps all of G as it lies in the new folder.
-    ///
-    /// # Errors
-    /// [`Error::Budget`], [`Error::Io`].
-    pub fn new(job: &Job, g: &CoordArray) -> Result<Whole<X>> {
-        let lease = (job.ws.budget).lease("all coordinates", Self::bytes(g.vertices))?;
-        let bytes = g.vertices * 3 * X::BYTES as u64;
-        let window = Window::populated(g.source.data(), g.at, bytes as usize)?;
-        let whole = Whole {
-            window,
-            _lease: lease,
-            _type: PhantomData,
-        };
-        whole.rows()?;
-        Ok(whole)
-    }
-
-    /// The rows of G.
-    ///
-    /// # Errors
-    /// [`Error::Internal`] when they are not aligned.
-    pub fn rows(&self) -> Result<&[[X; 3]]> {
-        let aligned = self.window.slice();
-        aligned.ok_or_else(|| Error::Internal("an aligned window was not aligned".into()))
-    }
-}
-
 /// Deals the positions of all vertices to their cells.
 ///
 /// # Errors
-/// [`Error::Budget`], [`Error::DiskLimit`], [`Error::Io`].
+/// [`crate::Error::Budget`], [`crate::Error::DiskLimit`], [`crate::Error::Io`].
 pub fn deal_places<W: Index, X: Coord>(
     job: &Job,
     g: &CoordArray,
@@ -185,7 +139,7 @@ impl<'a, X: Coord> Positions<'a, X> {
     /// unless they fit in memory.
     ///
     /// # Errors
-    /// [`Error::Io`].
+    /// [`crate::Error::Io`].
     pub fn load(&mut self, cell: u64, ids: &LocalIds, fits: bool) -> Result<AtHand<'_, X>> {
         let places = self.places;
         self.rows.clear();
