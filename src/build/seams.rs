@@ -95,7 +95,7 @@ pub fn seams<W: Index>(
         .budget
         .lease("seam buffers", threads * 2 * BLOCK as u64)?;
     // The writers lease theirs as they start; what is left is for sorting.
-    let writers = threads * (job.plan.writer + super::writer_bytes(&plan));
+    let writers = threads * (job.plan.writer + plan.writer_bytes());
     let memory = job.sort_memory(writers);
     ws.workers.run(
         edges.count(),
