@@ -104,7 +104,7 @@ pub fn components<I: Index, W: Index, X: Coord>(
         folder::COMPONENT_DESCR,
         &[number],
         size_of::<ComponentRow>() as u64,
-        &ws.io,
+        ws,
     )?;
     let mut sorter = pieces.sorter(job.sort_memory(0))?;
     let mut rows: Vec<ComponentRow> = Vec::with_capacity(512);
