@@ -7,12 +7,12 @@
 
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
-use crate::disk::{Counters, DataFile, Window};
+use crate::disk::{DataFile, Window, Workspace};
 use crate::error::{Error, Result};
 use crate::folder::npy::{DATA_START, header_bytes};
+use crate::folder::{self, WarmSums};
 use crate::input::{CoordArray, CoordKind, Endian, IndexArray, IndexKind};
 use std::path::Path;
-use std::sync::Arc;
 
 /// True when an array of this kind can be used as it lies.
 fn native<I: Index>(array: &IndexArray) -> bool {
@@ -255,6 +255,8 @@ pub struct OutArray {
     pub descr: String,
     /// Shape.
     pub shape: Vec<u64>,
+    /// Checksums, taken as blocks become whole.
+    pub sums: WarmSums,
 }
 
 impl OutArray {
@@ -268,23 +270,33 @@ impl OutArray {
         descr: &str,
         shape: &[u64],
         row_bytes: u64,
-        io: &Arc<Counters>,
+        ws: &Workspace,
     ) -> Result<OutArray> {
         let path = dir.join(name);
         // G may lie there already, decoded to its place.
         let file = if path.exists() {
-            DataFile::open_rw(&path, io)?
+            DataFile::open_rw(&path, &ws.io)?
         } else {
-            DataFile::create_new(&path, io)?
+            DataFile::create_new(&path, &ws.io)?
         };
-        file.set_len(DATA_START + shape[0] * row_bytes)?;
-        file.write_at(&header_bytes(descr, shape), 0)?;
-        Ok(OutArray {
+        let bytes = DATA_START + shape[0] * row_bytes;
+        file.set_len(bytes)?;
+        // O is completed by the last pass, nearly everywhere: sums before would be for nothing.
+        let sums = WarmSums::new(&ws.budget, bytes, name != folder::O)?;
+        let array = OutArray {
             file,
             name,
             descr: descr.to_owned(),
             shape: shape.to_vec(),
-        })
+            sums,
+        };
+        array.write_at(&header_bytes(descr, shape), 0)?;
+        Ok(array)
+    }
+
+    fn write_at(&self, bytes: &[u8], at: u64) -> Result<()> {
+        self.file.write_at(bytes, at)?;
+        self.sums.wrote(&self.file, at, bytes.len() as u64)
     }
 
     /// Writes items from item number `first` of an array of such items.
@@ -293,7 +305,16 @@ impl OutArray {
     /// [`Error::Io`].
     pub fn write<T: bytemuck::Pod>(&self, first: u64, items: &[T]) -> Result<()> {
         let at = DATA_START + first * size_of::<T>() as u64;
-        self.file.write_at(bytemuck::cast_slice(items), at)
+        self.write_at(bytemuck::cast_slice(items), at)
+    }
+
+    /// So many items from item number `first` were there already, and were read just now.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn seen<T: bytemuck::Pod>(&self, first: u64, items: &[T]) -> Result<()> {
+        let at = DATA_START + first * size_of::<T>() as u64;
+        self.sums.seen(&self.file, at, size_of_val(items) as u64)
     }
 
     /// Reads items from item number `first`.

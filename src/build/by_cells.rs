@@ -28,7 +28,7 @@ use crate::corner::Index;
 use crate::disk::ScratchFile;
 use crate::error::Result;
 use crate::folder;
-use crate::shuffle::{Buckets, Plan, Shuffle};
+use crate::shuffle::{Buckets, Shuffle};
 
 /// What the cells left.
 struct Settling<W: Index> {
@@ -90,8 +90,12 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
             links: &files.links,
             borders: &files.borders,
         };
-        let writer = plan.windows.count * (plan.patch_buffer + 24);
-        seams(job, &seaming, writer, EdgeCorner::local)
+        seams(
+            job,
+            &seaming,
+            plan.patches.writer_bytes(),
+            EdgeCorner::local,
+        )
     })?;
     drop(edges);
     let (cuts, patches) = (cuts.finish()?, patches.finish()?);
@@ -141,12 +145,12 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
     })?;
     drop((cuts, places, files));
     let create =
-        |name, shape: &[u64], row| OutArray::create(job.dir, name, I::DESCR, shape, row, &ws.io);
+        |name, shape: &[u64], row| OutArray::create(job.dir, name, I::DESCR, shape, row, ws);
     let row = 3 * I::BYTES as u64;
     let v = create(folder::V, &[t, 3], row)?;
     let o = create(folder::O, &[t, 3], row)?;
     let component = create(folder::COMPONENT, &[t], I::BYTES as u64)?;
-    let flipped = OutArray::create(job.dir, folder::FLIPPED, "|u1", &[t.div_ceil(8)], 1, &ws.io)?;
+    let flipped = OutArray::create(job.dir, folder::FLIPPED, "|u1", &[t.div_ceil(8)], 1, ws)?;
     let degenerate = create(folder::DEGENERATE, &[counts.degenerate], I::BYTES as u64)?;
     let tables = Tables {
         v: &v,
@@ -200,10 +204,7 @@ fn first_passes<I: Index, W: Index, X: Coord>(
         let places = match (&job.g, whole, kind) {
             (None, ..) => Places::None,
             (_, Some(whole), _) => Places::Whole(whole),
-            (Some(g), None, Kind::Place) => deal_places::<W, X>(job, g, &map, |record| Plan {
-                buckets: map.cells as usize,
-                buffer_bytes: plan.dealt.buffer_bytes.max(record),
-            })?,
+            (Some(g), None, Kind::Place) => deal_places::<W, X>(job, g, &map, plan.spots)?,
             (Some(_), None, Kind::Id) => Places::Later,
         };
         Ok((deal::<I, W>(job, plan, &plan.windows, &map)?, places))
@@ -228,9 +229,8 @@ fn settle_all<W: Index, X: Coord>(
         job.shape.triangles.max(1),
         job.shape.vertices.max(1),
     );
-    let windows = &plan.windows;
-    let replies = Shuffle::new(ws, "replies", 0..t, windows.plan(plan.reply_buffer))?;
-    let patches = Shuffle::new(ws, "opposites", 0..t, windows.plan(plan.patch_buffer))?;
+    let replies = Shuffle::new(ws, "replies", 0..t, plan.replies)?;
+    let patches = Shuffle::new(ws, "opposites", 0..t, plan.patches)?;
     // Few, but for hubs and the like.
     let rare = job.shuffle_plan(size_of::<EdgeCorner<W>>(), t / 64);
     let cuts = Shuffle::new(ws, "non-manifold corners", 0..n, rare)?;
@@ -243,8 +243,9 @@ fn settle_all<W: Index, X: Coord>(
         unmeasured: ws.scratch.file("triangles to measure")?,
     };
     let threads = ws.workers.count() as u64;
-    let writers = windows.count * (plan.reply_buffer + plan.patch_buffer + 48)
-        + 2 * super::writer_bytes(&rare)
+    let writers = plan.replies.writer_bytes()
+        + plan.patches.writer_bytes()
+        + 2 * rare.writer_bytes()
         + APPENDED
         + Positions::<X>::PASSING;
     // An eighth stays free for what the shuffles note of what they wrote.

@@ -105,7 +105,7 @@ pub fn components<W: Index>(
         folder::COMPONENT_DESCR,
         &[number],
         size_of::<ComponentRow>() as u64,
-        &ws.io,
+        ws,
     )?;
     let mut sorter = pieces.sorter(job.sort_memory(0))?;
     let mut rows: Vec<ComponentRow> = Vec::with_capacity(512);

@@ -7,7 +7,7 @@ use crate::chunk::grid::Bounds;
 use crate::chunk::measure::Coord;
 use crate::disk::Workspace;
 use crate::error::Result;
-use crate::folder::{self, npy::DATA_START};
+use crate::folder::{self, WarmSums, npy::DATA_START};
 use crate::input::{CoordArray, CoordKind, Endian, Source};
 use std::path::Path;
 use std::sync::Mutex;
@@ -25,14 +25,20 @@ pub struct Placed {
     pub bounds: Bounds,
 }
 
-/// Copies (and converts) G to the folder, or only reads it when it lies there.
+/// Copies (and converts) G to the folder, or only reads it when it lies there. `input` takes the
+/// sums of the file that it comes from.
 ///
 /// # Errors
 /// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::Input`] when it is cut short.
-pub fn place<X: Coord>(ws: &Workspace, dir: &Path, g: &CoordArray) -> Result<Placed> {
+pub fn place<X: Coord>(
+    ws: &Workspace,
+    dir: &Path,
+    g: &CoordArray,
+    input: Option<&WarmSums>,
+) -> Result<Placed> {
     let row = 3 * X::BYTES as u64;
     let shape = [g.vertices, 3];
-    let file = OutArray::create(dir, folder::G, X::DESCR, &shape, row, &ws.io)?;
+    let file = OutArray::create(dir, folder::G, X::DESCR, &shape, row, ws)?;
     let threads = ws.workers.count() as u64;
     // At small budgets smaller steps do as well.
     let share = ws.budget.free() / 2 / threads / CoordReader::<X>::BYTES;
@@ -48,8 +54,15 @@ pub fn place<X: Coord>(ws: &Workspace, dir: &Path, g: &CoordArray) -> Result<Pla
             let first = unit * step;
             let rows = reader.read(first, step.min(g.vertices - first))?;
             rows.iter().for_each(|p| bounds.add(p.map(Coord::wide)));
-            if !g.placed {
+            if g.placed {
+                file.seen(first, rows)?;
+            } else {
                 file.write(first, rows)?;
+            }
+            if let Some(input) = input {
+                let row = 3 * g.kind.bytes();
+                let (at, bytes) = (g.at + first * row, rows.len() as u64 * row);
+                input.seen(g.source.data(), at, bytes)?;
             }
             ws.progress.advance(rows.len() as u64);
             Ok(())

@@ -177,7 +177,7 @@ pub fn measure_deferred<I: Index, W: Index, X: Coord>(
     let threads = ws.workers.count() as u64;
     let window = WINDOW * CoordReader::<X>::BYTES + (64 << 10);
     let lease = ws.budget.lease("windows of G", threads * window)?;
-    let memory = d.job.sort_memory(threads * super::writer_bytes(&plan));
+    let memory = d.job.sort_memory(threads * plan.writer_bytes());
     ws.workers.run(
         asks.count(),
         || Ok((asks.sorter(memory)?, Fetch::<X>::new(g, answers.writer()?))),

@@ -377,7 +377,7 @@ pub fn list_cuts<I: Index, W: Index>(
 ) -> Result<[OutArray; 2]> {
     let corners = cuts.len() / size_of::<EdgeCorner<W>>() as u64;
     let create = |name, descr: &str, rows, bytes| {
-        OutArray::create(job.dir, name, descr, &[rows], bytes, &job.ws.io)
+        OutArray::create(job.dir, name, descr, &[rows], bytes, job.ws)
     };
     let edge_file = create(
         folder::NONMANIFOLD_EDGES,

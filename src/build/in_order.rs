@@ -37,7 +37,7 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
         return Ok(Err(better));
     }
     let create =
-        |name, shape: &[u64], row| OutArray::create(job.dir, name, I::DESCR, shape, row, &ws.io);
+        |name, shape: &[u64], row| OutArray::create(job.dir, name, I::DESCR, shape, row, ws);
     let row = 3 * I::BYTES as u64;
     let v = create(folder::V, &[t, 3], row)?;
     let o = create(folder::O, &[t, 3], row)?;
@@ -77,7 +77,7 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
             links: &links,
             borders: &borders,
         };
-        seams(job, &seaming, super::writer_bytes(&plan), |corner| {
+        seams(job, &seaming, plan.writer_bytes(), |corner| {
             nodes.of_corner(corner)
         })
     })?;
@@ -118,7 +118,7 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
         })
     })?;
     drop(cuts);
-    let flipped = OutArray::create(job.dir, folder::FLIPPED, "|u1", &[t.div_ceil(8)], 1, &ws.io)?;
+    let flipped = OutArray::create(job.dir, folder::FLIPPED, "|u1", &[t.div_ceil(8)], 1, ws)?;
     let degenerate = create(folder::DEGENERATE, &[counts.degenerate], I::BYTES as u64)?;
     let tables = Tables {
         v: &v,

@@ -186,29 +186,45 @@ impl Load {
             (_, true) => self.weld.written + survey.rows.map_or(0, |[v, g]| v * t + g * n),
         };
         let bytes = survey.input_bytes;
-        pass("read", "bytes", bytes, bytes + self.weld.read, decoded);
+        // Arrays in place are summed for their digest by the passes that read them first, and
+        // what is written once is summed as it was: all that is read once more.
+        let in_place = !survey.decoded && !survey.welded;
+        let first_read = if in_place { bytes - own_g } else { 0 };
+        let read = if in_place { 0 } else { bytes };
+        pass("read", "bytes", bytes, read + self.weld.read, decoded);
         if coord > 0 {
             let (read, written) = if survey.decoded {
                 (self.g, 0)
+            } else if in_place {
+                (2 * own_g, self.g)
             } else {
                 (own_g, self.g)
             };
-            pass("coordinates", "vertices", n, read, DATA_START + written);
+            pass(
+                "coordinates",
+                "vertices",
+                n,
+                read + self.g,
+                DATA_START + written,
+            );
         }
-        if survey.vertices.is_none() {
-            pass("count ids", "triangles", t, v, 0);
+        let counted = survey.vertices.is_none();
+        if counted {
+            pass("count ids", "triangles", t, v + first_read, 0);
         }
         let ranges = if self.plan.bits < n {
             n.div_ceil(self.plan.bits)
         } else {
             0
         };
-        pass("scan", "triangles", t, v * (1 + ranges), 0);
+        let digest = if counted { 0 } else { first_read };
+        pass("scan", "triangles", t, v * (1 + ranges) + digest, 0);
         let [corners, opposites, links] = self.seams();
         let [counts, measures] = self.known();
         let rows = 7 * index * t;
         let written = rows + corners + counts + measures;
-        pass("chunks", "triangles", t, v + self.g, written);
+        let summed = 4 * index * t;
+        pass("chunks", "triangles", t, v + self.g + summed, written);
         pass("seams", "corners", self.spilled, corners, opposites + links);
         pass("stitch", "links", self.spilled / 2, links + counts, 0);
         let table = DATA_START + size_of::<ComponentRow>() as u64;
@@ -227,7 +243,8 @@ impl Load {
             opposites + spans,
             2 * DATA_START + spans,
         );
-        pass("checksums", "bytes", data, data, 0);
+        let left = data.saturating_sub(summed + self.g);
+        pass("checksums", "bytes", left, left, 0);
         pass("sync", "", 0, 0, manifest);
         pass("rename", "", 0, 0, 0);
         passes

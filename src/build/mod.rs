@@ -75,11 +75,6 @@ pub struct Job<'a> {
 /// The most memory that one sorter takes: more would leave the cache and gain nothing.
 const MOST_SORT: u64 = 64 << 20;
 
-/// Bytes that one writer of a shuffle with this plan holds.
-fn writer_bytes(plan: &shuffle::Plan) -> u64 {
-    plan.buckets as u64 * (plan.buffer_bytes as u64 + 24)
-}
-
 impl Job<'_> {
     /// First triangle of a chunk and number of its triangles.
     pub fn chunk_range(&self, chunk: u64) -> (u64, u64) {
@@ -109,13 +104,7 @@ impl Job<'_> {
         let threads = self.ws.workers.count() as u64;
         let writer = self.plan.writer.min(self.ws.budget.free() / 8 / threads);
         if let Some(buckets) = self.plan.buckets {
-            let most = writer / (record_bytes as u64 + 24);
-            let buckets = (buckets as u64).clamp(1, most.max(1));
-            let buffer = (writer / buckets).saturating_sub(24);
-            return shuffle::Plan {
-                buckets: buckets as usize,
-                buffer_bytes: buffer.max(record_bytes as u64) as usize,
-            };
+            return shuffle::Plan::of(buckets, writer, record_bytes, expected);
         }
         let sort = (self.ws.budget.limit() / 4 / threads).min(MOST_SORT);
         shuffle::Plan::within(

@@ -14,7 +14,7 @@ use crate::chunk::measure::Coord;
 use crate::corner::Index;
 use crate::disk::{DataFile, IoCount, Workspace};
 use crate::error::{Error, Result};
-use crate::folder::{self, Counts, FileEntry, Manifest, Orient};
+use crate::folder::{self, Counts, FileEntry, Manifest, Orient, WarmSums};
 use crate::input::{CoordKind, Mesh};
 use std::time::Instant;
 
@@ -128,8 +128,8 @@ pub fn run(
         (Some(g), Some(kind)) => {
             Some(
                 clock.pass("coordinates", "vertices", g.vertices, || match kind {
-                    CoordKind::F4 => place::<f32>(ws, staging.path(), g),
-                    CoordKind::F8 => place::<f64>(ws, staging.path(), g),
+                    CoordKind::F4 => place::<f32>(ws, staging.path(), g, mesh.sums.get(1)),
+                    CoordKind::F8 => place::<f64>(ws, staging.path(), g, mesh.sums.get(1)),
                 })?,
             )
         }
@@ -139,7 +139,8 @@ pub fn run(
     let triangles = mesh.v.triangles;
     check_width(wishes.narrow, triangles, vertices)?;
     let shape = Shape::new(triangles, vertices, wishes.wide, kind, ws.workers.count());
-    let plan = Plan::new(&shape, ws.budget.free(), wishes.chunk, wishes.buckets)?;
+    // Only block sums are held now, which the plan's slack covers.
+    let plan = Plan::new(&shape, ws.budget.limit(), wishes.chunk, wishes.buckets)?;
     let (bounds, g, g_file) = match placed {
         Some(Placed {
             file,
@@ -206,7 +207,7 @@ fn vertex_count(clock: &mut Clock, mesh: &Mesh) -> Result<u64> {
         (None, None) => {
             let ws = clock.ws;
             clock.pass("count ids", "triangles", mesh.v.triangles, || {
-                count_ids(ws, &mesh.v)
+                count_ids(ws, mesh)
             })?
         }
     };
@@ -242,17 +243,20 @@ fn passes<I: Index, W: Index, X: Coord>(
 ) -> Result<Built> {
     let mut way = choose::<I>(job)?;
     loop {
-        let next = match way {
-            Way::InOrder { whatever } => match in_order::<I, W, X>(clock, job, bounds, whatever)? {
-                Ok(built) => return Ok(built),
-                Err(next) => next,
-            },
-            Way::Cells(kind) => match by_cells::<I, W, X>(clock, job, bounds, kind)? {
-                Ok(built) => return Ok(built),
-                Err(next) => next,
+        let done = match way {
+            Way::InOrder { whatever } => in_order::<I, W, X>(clock, job, bounds, whatever)?,
+            Way::Cells(kind) => match by_cells::<I, W, X>(clock, job, bounds, kind) {
+                // What does not fit here fits in file order, or the error comes again.
+                Err(Error::Budget { .. }) if job.strategy == Strategy::Auto => {
+                    Err(Way::InOrder { whatever: true })
+                }
+                done => done?,
             },
         };
-        way = next;
+        match done {
+            Ok(built) => return Ok(built),
+            Err(next) => way = next,
+        }
     }
 }
 
@@ -262,20 +266,17 @@ fn seal(clock: &mut Clock, job: &Job, built: &Built, g: Option<OutArray>) -> Res
     let mut files: Vec<&OutArray> = built.files.iter().collect();
     files.extend(&g);
     files.sort_by_key(|f| f.name);
-    let data: Vec<&DataFile> = files.iter().map(|f| &f.file).collect();
-    let mut bytes = Vec::new();
-    for file in &data {
-        bytes.push(file.len()?);
-    }
-    let total = bytes.iter().sum();
-    let sums = clock.pass("checksums", "bytes", total, || {
-        folder::block_sums(ws, &data)
+    let warm: Vec<(&DataFile, &WarmSums)> = files.iter().map(|f| (&f.file, &f.sums)).collect();
+    let all = warm.iter().map(|(_, sums)| *sums).chain(&job.mesh.sums);
+    let left = all.map(WarmSums::left).sum();
+    let (sums, input) = clock.pass("checksums", "bytes", left, || {
+        Ok((folder::warm_sums(ws, &warm)?, job.mesh.input_entry(ws)?))
     })?;
-    let entry = |((file, sums), &bytes): ((&&OutArray, &Vec<u64>), &u64)| FileEntry {
+    let entry = |(file, sums): (&&OutArray, &Vec<u64>)| FileEntry {
         name: file.name.to_owned(),
         dtype: file.descr.clone(),
         shape: file.shape.clone(),
-        bytes,
+        bytes: file.sums.bytes(),
         blocks: sums.iter().map(|s| format!("{s:016x}")).collect(),
     };
     let coords = g.as_ref().map(|g| g.descr[1..].to_owned());
@@ -290,12 +291,12 @@ fn seal(clock: &mut Clock, job: &Job, built: &Built, g: Option<OutArray>) -> Res
             weld: job.mesh.welded,
         },
         counts: built.counts.clone(),
-        input: job.mesh.entry.clone(),
-        files: files.iter().zip(&sums).zip(&bytes).map(entry).collect(),
+        input,
+        files: files.iter().zip(&sums).map(entry).collect(),
         checksum: String::new(),
     };
     clock.pass("sync", "", 0, || {
-        for file in &data {
+        for (file, _) in &warm {
             file.sync()?;
         }
         let path = job.dir.join(folder::MANIFEST);

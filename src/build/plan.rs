@@ -52,9 +52,9 @@ pub struct Plan {
 
 /// What a writer of a shuffle keeps in memory at most when it wrote nothing.
 const KEPT: u64 = 256 << 10;
-/// One part in so many of the budget is left for what shuffles note of the parts that they
-/// wrote, and for blocks of records in passing.
-const SLACK: u64 = 8;
+/// One part in so many of the budget is left for blocks of records in passing, and for what
+/// shuffles note of more records than they were told to expect.
+const SLACK: u64 = 16;
 
 fn with_slack(bytes: u64) -> u64 {
     bytes.div_ceil(SLACK - 1) * SLACK + (64 << 10)
@@ -202,7 +202,6 @@ impl Plan {
         buckets: Option<usize>,
     ) -> Result<Plan> {
         check_least(memory, shape.threads)?;
-        // The rest is slack for what shuffles note of what they wrote.
         let memory = memory / SLACK * (SLACK - 1);
         let mut plan = Plan {
             chunk: chunk.unwrap_or(MIN_CHUNK),

@@ -16,7 +16,7 @@ use crate::chunk::ids::LocalIds;
 use crate::corner::Index;
 use crate::disk::{Lease, Workspace};
 use crate::error::Result;
-use crate::input::IndexArray;
+use crate::input::Mesh;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Which vertices more than one chunk names.
@@ -116,7 +116,8 @@ fn set(occurs: &Seams, seam: &Seams, word: u64, bits: u64) {
 ///
 /// # Errors
 /// As [`TriangleReader::read`].
-pub fn count_ids(ws: &Workspace, array: &IndexArray) -> Result<u64> {
+pub fn count_ids(ws: &Workspace, mesh: &Mesh) -> Result<u64> {
+    let array = &mesh.v;
     const STEP: u64 = 1 << 12;
     let _lease = ws.budget.lease(
         "reading V",
@@ -132,7 +133,7 @@ pub fn count_ids(ws: &Workspace, array: &IndexArray) -> Result<u64> {
             if let Some(&top) = v.iter().max() {
                 most.fetch_max(top.saturating_add(1), Ordering::Relaxed);
             }
-            Ok(())
+            seen(mesh, first, v.len() as u64 / 3)
         },
         |_| Ok(()),
     )?;
@@ -166,7 +167,7 @@ pub fn scan<I: Index>(job: &Job) -> Result<(Seams, u64)> {
             check(job, first, v)?;
             marker.mark(v, &occurs, &seam);
             ws.progress.advance(count);
-            Ok(())
+            seen(job.mesh, first, count)
         },
         |_| Ok(()),
     )?;
@@ -176,6 +177,16 @@ pub fn scan<I: Index>(job: &Job) -> Result<(Seams, u64)> {
         count_by_ranges::<I>(job, &occurs)?
     };
     Ok((seam, shape.vertices - referenced))
+}
+
+/// These rows of V were read: lets the digest of the input take the blocks that are whole now.
+/// (When the ids were counted before, that was the first reading, and all were taken then.)
+fn seen(mesh: &Mesh, first: u64, count: u64) -> Result<()> {
+    let Some(sums) = mesh.sums.first() else {
+        return Ok(());
+    };
+    let row = 3 * mesh.v.kind.bytes();
+    sums.seen(mesh.v.source.data(), mesh.v.at + first * row, count * row)
 }
 
 fn check<I: Index>(job: &Job, first: u64, v: &[I]) -> Result<()> {

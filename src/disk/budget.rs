@@ -102,6 +102,13 @@ impl Lease {
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
+
+    /// Gives back all but `bytes` of it, once what it covered has shrunk.
+    pub fn shrink(&mut self, bytes: u64) {
+        let back = self.bytes.saturating_sub(bytes);
+        self.bytes -= back;
+        self.budget.0.used.fetch_sub(back, Ordering::Relaxed);
+    }
 }
 
 impl Drop for Lease {
@@ -123,6 +130,11 @@ mod tests {
             other => panic!("{other:?}"),
         }
         assert!(budget.lease("c", u64::MAX).is_err());
+        let mut first = first;
+        first.shrink(70);
+        assert_eq!((budget.used(), first.bytes()), (60, 60));
+        first.shrink(20);
+        assert_eq!((budget.used(), first.bytes()), (20, 20));
         drop(first);
         assert_eq!((budget.used(), budget.peak()), (0, 60));
     }

@@ -7,6 +7,7 @@
 mod budget;
 mod counters;
 mod file;
+mod hints;
 mod progress;
 mod scratch;
 mod window;

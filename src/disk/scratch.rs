@@ -3,6 +3,9 @@
 //!
 //! The files have no name once they are open (they are unlinked at once), so a killed
 //! process leaves nothing behind.
+//!
+//! What counts is what was written: a range that is only reserved is a hole in the file, and a
+//! range that is freed becomes one again, where the file system knows holes.
 
 use super::{Counters, DataFile};
 use crate::error::{Error, Result};
@@ -24,13 +27,20 @@ struct Inner {
 #[derive(Clone, Debug)]
 pub struct Scratch(Arc<Inner>);
 
-/// A temporary file that only grows; its bytes count against the scratch limit until drop.
+/// A temporary file; what was written to it counts against the scratch limit until it is freed
+/// again, or the file dropped.
 #[derive(Debug)]
 pub struct ScratchFile {
     data: DataFile,
+    /// End of what was appended, written or reserved.
     len: AtomicU64,
+    /// Bytes that count.
+    held: AtomicU64,
     scratch: Scratch,
 }
+
+/// Reserved ranges begin and end at multiples of this: what file systems allocate and free.
+const PAGE: u64 = 4 << 10;
 
 impl Scratch {
     /// Scratch space in `dirs` (at least one), at most `limit` bytes at a time.
@@ -65,6 +75,7 @@ impl Scratch {
         Ok(ScratchFile {
             data: DataFile::from_file(file, &dir.join(format!("(temporary: {what})")), &self.0.io),
             len: AtomicU64::new(0),
+            held: AtomicU64::new(0),
             scratch: self.clone(),
         })
     }
@@ -104,7 +115,7 @@ impl ScratchFile {
     /// # Errors
     /// [`Error::DiskLimit`], [`Error::Io`].
     pub fn append(&self, buf: &[u8]) -> Result<u64> {
-        self.scratch.grow(buf.len() as u64)?;
+        self.grow(buf.len() as u64)?;
         let at = self.len.fetch_add(buf.len() as u64, Ordering::Relaxed);
         self.data.write_at(buf, at)?;
         Ok(at)
@@ -117,15 +128,41 @@ impl ScratchFile {
     pub fn write_at(&self, buf: &[u8], at: u64) -> Result<()> {
         let end = at + buf.len() as u64;
         let before = self.len.fetch_max(end, Ordering::Relaxed);
-        if end > before
-            && let Err(e) = self.scratch.grow(end - before)
-        {
-            // What was refused must not be given back on drop. (A build stops here, so no
-            // other writer's growth is lost that still matters.)
-            self.len.fetch_min(before, Ordering::Relaxed);
-            return Err(e);
-        }
+        self.grow(end.saturating_sub(before))?;
         self.data.write_at(buf, at)
+    }
+
+    /// Sets `bytes` aside behind all else and returns the offset where they begin. They take no
+    /// space, and count nothing, before [`fill`](ScratchFile::fill) writes them.
+    pub fn reserve(&self, bytes: u64) -> u64 {
+        let bytes = bytes.next_multiple_of(PAGE);
+        self.len.fetch_add(bytes, Ordering::Relaxed)
+    }
+
+    /// Writes `buf` at byte `at` of a reserved range, for the first time.
+    ///
+    /// # Errors
+    /// [`Error::DiskLimit`], [`Error::Io`].
+    pub fn fill(&self, buf: &[u8], at: u64) -> Result<()> {
+        self.grow(buf.len() as u64)?;
+        self.data.write_at(buf, at)
+    }
+
+    /// Frees the first `bytes` of the reserved range at byte `at`, which were filled. False when
+    /// the file system does not free parts of files: they count until the file is dropped.
+    pub fn free(&self, at: u64, bytes: u64) -> bool {
+        let freed = self.data.punch(at, bytes.next_multiple_of(PAGE));
+        if freed {
+            self.held.fetch_sub(bytes, Ordering::Relaxed);
+            self.scratch.0.used.fetch_sub(bytes, Ordering::Relaxed);
+        }
+        freed
+    }
+
+    fn grow(&self, bytes: u64) -> Result<()> {
+        self.scratch.grow(bytes)?;
+        self.held.fetch_add(bytes, Ordering::Relaxed);
+        Ok(())
     }
 
     /// Fills `buf` from byte `at`.
@@ -136,7 +173,7 @@ impl ScratchFile {
         self.data.read_at(buf, at)
     }
 
-    /// Bytes appended so far.
+    /// End of what was appended, written or reserved so far.
     pub fn len(&self) -> u64 {
         self.len.load(Ordering::Relaxed)
     }
@@ -154,10 +191,8 @@ impl ScratchFile {
 
 impl Drop for ScratchFile {
     fn drop(&mut self) {
-        self.scratch
-            .0
-            .used
-            .fetch_sub(self.len.load(Ordering::Relaxed), Ordering::Relaxed);
+        let held = *self.held.get_mut();
+        self.scratch.0.used.fetch_sub(held, Ordering::Relaxed);
     }
 }
 
@@ -187,5 +222,33 @@ mod tests {
         drop(file);
         assert_eq!((scratch.used(), scratch.peak()), (0, 8));
         assert_eq!(io.now().written, 8);
+    }
+
+    #[test]
+    fn frees_ranges_and_their_blocks() {
+        use std::os::unix::fs::MetadataExt;
+        let dir = tempfile::tempdir().unwrap();
+        let io = Arc::new(Counters::default());
+        let scratch = Scratch::new(&[dir.path().to_owned()], 1 << 20, &io).unwrap();
+        let file = scratch.file("test").unwrap();
+        let blocks = || file.data().raw().metadata().unwrap().blocks();
+        // A range that is reserved and not filled costs nothing.
+        let runs = [100_000, 5000, 1 << 30].map(|bytes| file.reserve(bytes));
+        assert_eq!((runs, scratch.used()), ([0, 102_400, 110_592], 0));
+        file.fill(&[1; 100_000], runs[0]).unwrap();
+        file.fill(&[2; 4000], runs[1]).unwrap();
+        file.fill(&[3; 10], runs[2]).unwrap();
+        assert!(file.fill(&[0; 1 << 20], runs[2] + 10).is_err());
+        assert_eq!(scratch.used(), 104_010);
+        let before = blocks();
+        if file.free(runs[0], 100_000) {
+            assert_eq!(scratch.used(), 4010);
+            assert!(blocks() + 100_000 / 512 <= before);
+        }
+        let mut back = [0; 4000];
+        file.read_at(&mut back, runs[1]).unwrap();
+        assert_eq!(back, [2; 4000]);
+        drop(file);
+        assert_eq!((scratch.used(), scratch.peak()), (0, 104_010));
     }
 }

@@ -11,11 +11,13 @@ pub mod npy;
 
 mod manifest;
 mod seal;
+mod warm;
 
 pub use manifest::{
     Counts, FORMAT, FileEntry, InputDigest, InputEntry, Manifest, Options, Orient, VERSION,
 };
-pub use seal::{BLOCK, block_sums, digest_file, digest_of_blocks};
+pub use seal::{BLOCK, block_sums, digest_file, digest_of_blocks, digest_warm, warm_sums};
+pub use warm::WarmSums;
 
 use crate::disk::{Counters, DataFile};
 use crate::error::{Error, Result};

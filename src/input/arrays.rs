@@ -6,15 +6,16 @@
 //! converts on the way. What can be known without reading the rows is checked here: type,
 //! shape, order of the axes, the file's length against them, V and G against each other.
 //!
-//! Memory: the headers (at most 64 KiB each) and the digest's read buffers, from the budget.
-//! I/O: each file once, sequentially, for the digest.
+//! Memory: the headers (at most 64 KiB each), 48 bytes for each 64 MiB. I/O: the headers; the
+//! digests of the files are taken as later passes read them.
 //! Source: NumPy Enhancement Proposal 1, "A Simple File Format for NumPy Arrays".
 
 use super::{CoordArray, CoordKind, Endian, IndexArray, IndexKind, Mesh, Request, Source};
 use crate::disk::{DataFile, Workspace};
 use crate::error::{Error, Result};
 use crate::folder::npy::Header;
-use crate::folder::{InputEntry, digest_file};
+use crate::folder::{InputEntry, WarmSums};
+use std::ops::Range;
 use std::path::Path;
 
 impl IndexKind {
@@ -142,24 +143,18 @@ fn check_count(request: &Request, g: Option<&CoordArray>) -> Result<()> {
     Ok(())
 }
 
-/// Takes the digests of the files and makes a mesh of them.
+/// Makes a mesh of them. The digests of the files come as the passes read them.
 ///
 /// # Errors
 /// [`Error::Budget`], [`Error::Io`].
 pub fn finish(ws: &Workspace, request: &Request, arrays: Arrays, format: &str) -> Result<Mesh> {
     let Arrays { v, g } = arrays;
-    let sources = [Some(&v.source), g.as_ref().map(|g| &g.source)];
-    let mut total = 0;
-    for source in sources.iter().flatten() {
-        total += source.data().len()?;
+    let rows = 3 * v.kind.bytes() * v.triangles;
+    let mut sums = vec![sums(ws, v.source.data(), v.at..v.at + rows)?];
+    if let Some(g) = &g {
+        let rows = 3 * g.kind.bytes() * g.vertices;
+        sums.push(self::sums(ws, g.source.data(), g.at..g.at + rows)?);
     }
-    ws.progress.begin("digest", "bytes", total);
-    let files = sources
-        .iter()
-        .flatten()
-        .map(|source| digest_file(ws, source.data()))
-        .collect::<Result<Vec<_>>>()?;
-    ws.progress.end();
     Ok(Mesh {
         v,
         g,
@@ -168,9 +163,19 @@ pub fn finish(ws: &Workspace, request: &Request, arrays: Arrays, format: &str) -
         welded: false,
         entry: InputEntry {
             format: format.to_owned(),
-            files,
+            files: Vec::new(),
         },
+        sums,
     })
+}
+
+/// The sums of a file of which no pass will read more than `rows`.
+fn sums(ws: &Workspace, file: &DataFile, rows: Range<u64>) -> Result<WarmSums> {
+    let bytes = file.len()?;
+    let sums = WarmSums::new(&ws.budget, bytes, true)?;
+    sums.seen(file, 0, rows.start)?;
+    sums.seen(file, rows.end, bytes.saturating_sub(rows.end))?;
+    Ok(sums)
 }
 
 /// Opens a file that will be read in place: it must have a length and be readable anywhere.

@@ -28,8 +28,9 @@ pub use open::open;
 pub use survey::{Survey, closed_vertices, survey};
 pub use weld::{WeldCost, WeldSize};
 
-use crate::disk::{DataFile, ScratchFile};
-use crate::folder::InputEntry;
+use crate::disk::{DataFile, ScratchFile, Workspace};
+use crate::error::Result;
+use crate::folder::{InputEntry, WarmSums, digest_warm};
 use std::path::PathBuf;
 
 /// Type of an index in an array on disk.
@@ -129,8 +130,26 @@ pub struct Mesh {
     pub polygons_fanned: u64,
     /// True when vertices were welded by position.
     pub welded: bool,
-    /// Format and digest.
+    /// Format, and the digests of the files but for those in `sums`.
     pub entry: InputEntry,
+    /// For arrays that are used where they lie: the sums of V's file, and of G's, which the
+    /// passes complete as they read.
+    pub sums: Vec<WarmSums>,
+}
+
+impl Mesh {
+    /// Format and digests, for the manifest; reads what no pass has read.
+    ///
+    /// # Errors
+    /// [`crate::Error::Budget`], [`crate::Error::Io`].
+    pub fn input_entry(&self, ws: &Workspace) -> Result<InputEntry> {
+        let mut entry = self.entry.clone();
+        let sources = [Some(&self.v.source), self.g.as_ref().map(|g| &g.source)];
+        for (source, sums) in sources.into_iter().flatten().zip(&self.sums) {
+            entry.files.push(digest_warm(ws, source.data(), sums)?);
+        }
+        Ok(entry)
+    }
 }
 
 /// Which format the input is in.

@@ -29,11 +29,14 @@ pub fn open(ws: &Workspace, request: &Request) -> Result<Mesh> {
         (format, Some(reader)) => decode(ws, reader, request, format),
         (format, None) => {
             let arrays = find_arrays(ws, request, format)?;
-            let mesh = arrays::finish(ws, request, arrays, format.name())?;
-            match request.weld {
-                Some(true) => weld::weld(ws, mesh, request),
-                _ => Ok(mesh),
+            let mut mesh = arrays::finish(ws, request, arrays, format.name())?;
+            if request.weld != Some(true) {
+                return Ok(mesh);
             }
+            // The weld reads the files in an order of its own, and replaces them.
+            mesh.entry = mesh.input_entry(ws)?;
+            mesh.sums.clear();
+            weld::weld(ws, mesh, request)
         }
     }
 }

@@ -381,6 +381,7 @@ impl MeshSink {
                 format: format.into(),
                 files: vec![digest],
             },
+            sums: Vec::new(),
         })
     }
 }

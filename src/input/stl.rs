@@ -87,6 +87,7 @@ fn read_as<B: Bits>(
             format: "stl".into(),
             files: vec![digest],
         },
+        sums: Vec::new(),
     })
 }
 

@@ -1,13 +1,15 @@
 //! The reading side: buckets in ascending order of level-0 keys, each sorted on demand.
 //!
-//! Reading consumes: a bucket is read once, and the scratch file that it shares with its
-//! neighbours is freed when the last of them was read, or when [`Buckets`] is dropped.
+//! Reading consumes: a bucket is read once, and each of its runs is freed on disk as soon as it
+//! was read. Where the file system does not free parts of files, the scratch file that a bucket
+//! shares with its neighbours is dropped when the last of them was read.
 //!
-//! Memory: 16 bytes for each extent and one for each bucket, leased; kept records stay within
-//! their writers' leases. I/O: one read for each extent.
+//! Memory: a byte for each bucket, leased; runs and kept records stay within their writers'
+//! leases. I/O: one read for each run, once more for a bucket that must be split.
 
 use super::Record;
-use super::layout::{EXTENT_BYTES, Extent, Extents, Layout};
+use super::layout::Layout;
+use super::runs::{Run, Runs};
 use super::sorter::Sorter;
 use super::writer::lock;
 use crate::disk::{Budget, Lease, Scratch, ScratchFile};
@@ -16,20 +18,43 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-/// Records that a writer kept in memory, with their extents by bucket.
+/// What a writer handed in.
+pub(super) enum Held<R> {
+    /// Runs in scratch files.
+    Spilled { runs: Runs, _lease: Lease },
+    /// Records in memory.
+    Kept { records: Resident<R>, _lease: Lease },
+}
+
+/// Consecutive records of one bucket in kept memory.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kept {
+    pub bucket: u32,
+    pub records: u32,
+    /// Index of the first.
+    pub at: usize,
+}
+
+/// Records that a writer kept in memory, with their places by bucket.
 pub(super) struct Resident<R> {
     records: Vec<R>,
-    extents: Vec<Extent>,
-    _lease: Lease,
+    parts: Vec<Kept>,
 }
 
 impl<R> Resident<R> {
-    pub(super) fn new(records: Vec<R>, extents: Vec<Extent>, lease: Lease) -> Resident<R> {
-        Resident {
-            records,
-            extents,
-            _lease: lease,
-        }
+    /// `parts` ascend by bucket, one for each that has records.
+    pub(super) fn new(records: Vec<R>, parts: Vec<Kept>) -> Resident<R> {
+        Resident { records, parts }
+    }
+
+    fn of(&self, bucket: u64) -> &[R] {
+        let found = self
+            .parts
+            .binary_search_by_key(&bucket, |k| k.bucket.into());
+        found.map_or(&[], |i| {
+            let Kept { at, records, .. } = self.parts[i];
+            &self.records[at..at + records as usize]
+        })
     }
 }
 
@@ -43,9 +68,7 @@ struct Shared {
 pub struct Buckets<R> {
     layout: Layout,
     files: Vec<Mutex<Shared>>,
-    /// Ascending by bucket, then by place in the file.
-    extents: Vec<Extent>,
-    kept: Vec<Resident<R>>,
+    held: Vec<Held<R>>,
     taken: Vec<AtomicBool>,
     records: u64,
     spilled: u64,
@@ -58,21 +81,11 @@ impl<R: Record> Buckets<R> {
     pub(super) fn new(
         layout: Layout,
         files: Vec<Option<Arc<ScratchFile>>>,
-        lists: Vec<Extents>,
-        kept: Vec<Resident<R>>,
+        held: Vec<Held<R>>,
         (records, spilled): (u64, u64),
         (budget, scratch): (Budget, Scratch),
     ) -> Result<Buckets<R>> {
-        let n: usize = lists.iter().map(Extents::len).sum();
-        let lease = budget.lease(
-            "the extents of a shuffle",
-            n as u64 * EXTENT_BYTES + layout.buckets,
-        )?;
-        let mut extents = Vec::with_capacity(n);
-        for (list, _lease) in lists.into_iter().flat_map(Extents::into_lists) {
-            extents.extend_from_slice(&list);
-        }
-        extents.sort_unstable_by_key(|e| (e.bucket, e.at));
+        let lease = budget.lease("the buckets of a shuffle", layout.buckets)?;
         let share = |(i, file): (usize, Option<Arc<ScratchFile>>)| {
             let first = (i as u64) << layout.file_shift;
             let unread = (layout.buckets - first).min(1 << layout.file_shift);
@@ -84,8 +97,7 @@ impl<R: Record> Buckets<R> {
                 .map(|_| AtomicBool::new(false))
                 .collect(),
             layout,
-            extents,
-            kept,
+            held,
             records,
             spilled,
             budget,
@@ -169,7 +181,7 @@ impl<R: Record> Buckets<R> {
         block: &mut [R],
         each: &mut dyn FnMut(&[R]) -> Result<()>,
     ) -> Result<()> {
-        self.consume(b, |bucket| bucket.stream(block, each))
+        self.consume(b, |bucket| bucket.stream(true, block, each))
     }
 
     /// Hands out bucket `b`, once, and frees its file when it was the last one in it.
@@ -191,12 +203,10 @@ impl<R: Record> Buckets<R> {
     }
 
     fn bucket(&self, b: u64) -> Bucket<'_, R> {
+        let shared = &self.files[(b >> self.layout.file_shift) as usize];
         Bucket {
-            file: lock(&self.files[(b >> self.layout.file_shift) as usize])
-                .file
-                .clone(),
-            extents: part_of(&self.extents, b),
-            kept: &self.kept,
+            file: lock(shared).file.clone(),
+            held: &self.held,
             b,
         }
     }
@@ -214,38 +224,32 @@ impl<R: Record> Buckets<R> {
     }
 }
 
-/// The extents of bucket `b` in a list that ascends by bucket.
-fn part_of(extents: &[Extent], b: u64) -> &[Extent] {
-    let from = extents.partition_point(|e| u64::from(e.bucket) < b);
-    let len = extents[from..].partition_point(|e| u64::from(e.bucket) == b);
-    &extents[from..from + len]
-}
-
 /// One bucket, unsorted.
 pub(super) struct Bucket<'a, R> {
     file: Option<Arc<ScratchFile>>,
-    extents: &'a [Extent],
-    kept: &'a [Resident<R>],
+    held: &'a [Held<R>],
     b: u64,
 }
 
 impl<R: Record> Bucket<'_, R> {
     /// Number of records.
     pub(super) fn records(&self) -> u64 {
-        let kept = self.kept.iter().flat_map(|k| part_of(&k.extents, self.b));
-        let all = self.extents.iter().chain(kept);
-        all.map(|e| u64::from(e.records)).sum()
+        let spilled: u64 = self.runs().map(|run| u64::from(run.records)).sum();
+        let kept: u64 = self.kept().map(|part| part.len() as u64).sum();
+        spilled + kept
     }
 
-    /// Hands all records to `each` in pieces of at most `buffer.len()`.
+    /// Hands all records to `each` in pieces of at most `buffer.len()`; `consume` frees them on
+    /// disk.
     pub(super) fn stream(
         &self,
+        consume: bool,
         buffer: &mut [R],
         each: &mut dyn FnMut(&[R]) -> Result<()>,
     ) -> Result<()> {
-        for extent in self.extents {
-            let mut at = extent.at;
-            let mut left = extent.records as usize;
+        for run in self.runs() {
+            let mut at = run.at;
+            let mut left = run.records as usize;
             while left > 0 {
                 let n = left.min(buffer.len());
                 self.read(&mut buffer[..n], at)?;
@@ -253,22 +257,23 @@ impl<R: Record> Bucket<'_, R> {
                 at += (n * size_of::<R>()) as u64;
                 left -= n;
             }
+            if consume {
+                self.free(&run);
+            }
         }
-        for slice in self.kept_slices() {
-            each(slice)?;
-        }
-        Ok(())
+        self.kept().try_for_each(each)
     }
 
-    /// Fills `into`, which is as long as the bucket.
+    /// Fills `into`, which is as long as the bucket, and frees the bucket on disk.
     pub(super) fn load(&self, into: &mut [R]) -> Result<()> {
         let mut done = 0;
-        for extent in self.extents {
-            let n = extent.records as usize;
-            self.read(&mut into[done..done + n], extent.at)?;
+        for run in self.runs() {
+            let n = run.records as usize;
+            self.read(&mut into[done..done + n], run.at)?;
+            self.free(&run);
             done += n;
         }
-        for slice in self.kept_slices() {
+        for slice in self.kept() {
             into[done..done + slice.len()].copy_from_slice(slice);
             done += slice.len();
         }
@@ -285,10 +290,25 @@ impl<R: Record> Bucket<'_, R> {
         file.read_at(bytemuck::cast_slice_mut(into), at)
     }
 
-    fn kept_slices(&self) -> impl Iterator<Item = &[R]> {
-        self.kept.iter().flat_map(|k| {
-            let slice = |e: &Extent| &k.records[e.at as usize..][..e.records as usize];
-            part_of(&k.extents, self.b).iter().map(slice)
+    /// Frees a run that was read. Where that is not possible the whole file goes later.
+    fn free(&self, run: &Run) {
+        if let Some(file) = &self.file {
+            file.free(run.at, u64::from(run.records) * size_of::<R>() as u64);
+        }
+    }
+
+    fn runs(&self) -> impl Iterator<Item = Run> {
+        let spilled = self.held.iter().filter_map(|held| match held {
+            Held::Spilled { runs, .. } => Some(runs),
+            Held::Kept { .. } => None,
+        });
+        spilled.flat_map(|runs| runs.of(self.b))
+    }
+
+    fn kept(&self) -> impl Iterator<Item = &[R]> {
+        self.held.iter().filter_map(|held| match held {
+            Held::Kept { records, .. } => Some(records.of(self.b)).filter(|part| !part.is_empty()),
+            Held::Spilled { .. } => None,
         })
     }
 }

@@ -1,7 +1,7 @@
 //! External radix partition and sort of fixed-width records. Knows no mesh word.
 //!
 //! ```text
-//!   push ──> [buffer per bucket] ──full──> scratch file, an extent of one bucket
+//!   push ──> [buffer per bucket] ──full──> scratch file, a run of one bucket
 //!   bucket fits the sorter      ──> loaded, sorted in memory ──> sink
 //!   bucket does not fit         ──> split by more bits, or by the next level, parts in turn
 //!   all keys of a part equal    ──> streamed as it is
@@ -14,16 +14,18 @@
 //! of writers, order of arrival) can change the sequence of keys, and records with equal keys
 //! are interchangeable.
 //!
-//! Memory: a writer leases `buckets * (buffer + 24)` bytes and 16 bytes for each extent that it
-//! wrote; a sorter leases what it was given and holds never more. I/O: each record is written
-//! once and read once, a record of an oversized bucket once more for each split; all of it in
-//! extents of a whole buffer. A writer that filled no buffer and holds little keeps its records
-//! in memory and writes nothing.
+//! Memory: a writer leases [`Plan::writer_bytes`]; what it notes of what it wrote is part of that
+//! as long as no more comes than was expected. A sorter leases what it was given and holds never
+//! more. I/O: each record is written once and read once, a record of an oversized bucket once
+//! more for each split; written by whole buffers, read by whole runs of them, and its space on
+//! disk is free again as soon as it was read. A writer that filled no buffer and holds little
+//! keeps its records in memory and writes nothing.
 
 mod buckets;
 mod layout;
 mod plan;
 mod radix;
+mod runs;
 mod sorter;
 mod split;
 #[cfg(test)]

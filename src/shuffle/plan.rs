@@ -1,7 +1,7 @@
 //! How many buckets, and how large a buffer for each: the only knobs of a shuffle, chosen from
 //! memory and expected volume. They never change the result.
 
-use super::layout::FILES;
+use super::runs::{CHAIN_BYTES, RUN_BYTES, runs_of};
 
 /// Buckets of about this many bytes are sorted within a core's second-level cache.
 const CACHE: u64 = 512 << 10;
@@ -13,8 +13,8 @@ const GOOD_BUFFER: u64 = 16 << 10;
 const SMALL_BUFFER: u64 = 4 << 10;
 /// Larger buffers gain nothing more.
 const LARGE_BUFFER: u64 = 64 << 10;
-/// What a writer holds for a bucket besides its buffer: its state, and an extent at the end.
-pub(super) const SLOT_BYTES: u64 = 24;
+/// What a writer holds for a bucket besides its buffer and its runs.
+pub(super) const SLOT_BYTES: u64 = 8 + CHAIN_BYTES;
 
 /// The size of a shuffle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +24,9 @@ pub struct Plan {
     pub buckets: usize,
     /// Bytes of the buffer of each bucket in each writer; at least one record is buffered.
     pub buffer_bytes: usize,
+    /// Bytes that are expected in all. When more come, a writer may need a little more memory
+    /// than it has leased, for what it notes of the parts that it wrote.
+    pub volume: u64,
 }
 
 impl Plan {
@@ -46,33 +49,61 @@ impl Plan {
         let fitting = (sort_memory / 4).max(1);
         let needed = volume.div_ceil(fitting).clamp(1, MOST_BUCKETS);
         let wanted = volume.div_ceil(fitting.min(CACHE)).clamp(1, MOST_BUCKETS);
-        let afford = |buffer: u64| share / (buffer.max(record) + SLOT_BYTES);
+        // The fewer the buckets, the more runs each may have: so many when there is one.
+        let most_runs = runs_of(volume, 1) * RUN_BYTES;
+        let afford = |buffer: u64| share / (buffer.max(record) + SLOT_BYTES + most_runs);
         let buckets = wanted
             .min(afford(GOOD_BUFFER))
             .max(needed.min(afford(SMALL_BUFFER)))
             .max(1);
-        let buffer = (share / buckets)
-            .saturating_sub(SLOT_BYTES)
+        Plan::of(buckets as usize, share, record_bytes, expected_records)
+    }
+
+    /// A plan for so many buckets, or fewer, whose writers hold at most `memory` bytes each. Only
+    /// memory below one record is exceeded.
+    pub fn of(buckets: usize, memory: u64, record_bytes: usize, expected_records: u64) -> Plan {
+        let record = record_bytes.max(1) as u64;
+        let volume = expected_records.saturating_mul(record);
+        let mut buckets = (buckets as u64).max(1);
+        let notes = |buckets| SLOT_BYTES + runs_of(volume, buckets) / buckets * RUN_BYTES;
+        while buckets > 1 && memory / buckets < record + notes(buckets) {
+            buckets = (memory / (record + notes(buckets))).clamp(1, buckets - 1);
+        }
+        let buffer = (memory / buckets)
+            .saturating_sub(notes(buckets))
             .min(LARGE_BUFFER);
         Plan {
             buckets: buckets as usize,
             buffer_bytes: (buffer / record * record).max(record) as usize,
+            volume,
         }
+    }
+
+    /// Bytes that one writer leases at most.
+    pub fn writer_bytes(&self) -> u64 {
+        let buckets = self.buckets as u64;
+        buckets * (self.buffer_bytes as u64 + SLOT_BYTES) + self.runs(buckets) * RUN_BYTES
+    }
+
+    /// Runs that one writer expects at most in `buckets` buckets, which are no more than planned.
+    pub(super) fn runs(&self, buckets: u64) -> u64 {
+        let planned = runs_of(self.volume, (self.buckets as u64).max(1));
+        // Fewer buckets have fewer runs, but for what is rounded up.
+        planned.min(runs_of(self.volume, buckets.max(1)))
     }
 }
 
 /// Scratch, in bytes, that a shuffle of `bytes` still holds when its last bucket was handed on:
-/// files are freed when all their buckets were read, and buckets beyond a sorter's memory are
-/// split on disk. An estimate from above, for `readers` sorters and writers of `memory` each.
+/// what was read is freed, but buckets beyond a sorter's memory are split on disk. An estimate
+/// from above, for `readers` sorters and writers of `memory` each.
 ///
-/// So while one shuffle is poured into another, the larger of the two and this are in use.
+/// So while one shuffle is poured into another, the larger of the two and this are in use. (On
+/// a file system that does not free parts of files, up to an eighth of `bytes` a reader more.)
 pub fn tail(bytes: u64, readers: u64, memory: u64) -> u64 {
-    // A width that is a power of two may leave half of the buckets, and of the files.
-    let buckets = (bytes / CACHE).clamp(1, MOST_BUCKETS / 2);
-    let files = buckets.min(FILES / 2);
-    let afford = (memory / (SMALL_BUFFER + SLOT_BYTES) / 2).clamp(1, MOST_BUCKETS / 2);
-    let share = |parts: u64| bytes.div_ceil(parts).saturating_mul(readers);
-    share(files).saturating_add(share(afford)).min(bytes)
+    let slot = SMALL_BUFFER + SLOT_BYTES + runs_of(bytes, 1) * RUN_BYTES;
+    // A width that is a power of two may leave half of the buckets.
+    let afford = (memory / slot / 2).clamp(1, MOST_BUCKETS / 2);
+    bytes.div_ceil(afford).saturating_mul(readers).min(bytes)
 }
 
 #[cfg(test)]
@@ -95,7 +126,7 @@ mod tests {
             let memory = if small { memory >> 16 } else { memory };
             let plan = Plan::within(memory, writers, record, expected, sort_memory);
             prop_assert!(plan.buckets >= 1 && plan.buffer_bytes >= record);
-            let held = (writers * plan.buckets * (plan.buffer_bytes + 24)) as u64;
+            let held = writers as u64 * plan.writer_bytes();
             prop_assert!(held <= memory || (plan.buckets, plan.buffer_bytes) == (1, record));
         }
     }

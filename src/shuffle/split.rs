@@ -206,7 +206,7 @@ impl<R: Record> Store<'_, R> {
         if part.head == NONE {
             return self
                 .bucket
-                .stream(block, &mut |records| each(pool, records));
+                .stream(consume, block, &mut |records| each(pool, records));
         }
         let per = (self.block - footer::<R>()) as u64;
         let (mut head, mut left) = (part.head, part.records);

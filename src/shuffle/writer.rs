@@ -1,17 +1,17 @@
 //! The writing side: records go to a buffer per bucket, full buffers go to scratch files.
 //!
-//! Why writers need no lock: each has buffers of its own and appends whole buffers, and the
-//! sort on the other side does not care in which order extents arrived.
+//! Why writers need no lock: each has buffers of its own and fills runs of its own, and the
+//! sort on the other side does not care in which order records arrived.
 //!
-//! Memory: a writer leases its buffers when it is made, and gives them back when it is
-//! finished, but for up to 256 KiB when it keeps its records in memory. Pages are touched only
-//! when a bucket gets its first record, and reused ever after. Extents: 16 bytes each, leased
-//! in steps.
+//! Memory: a writer leases its buffers and its [`runs`](super::runs) when it is made, and gives
+//! the buffers back when it is finished, but for up to 256 KiB when it keeps its records in
+//! memory. Pages are touched only when a bucket gets its first record, and reused ever after.
 //! I/O: one write for each full buffer.
 
-use super::buckets::{Buckets, Resident};
-use super::layout::{EXTENT_BYTES, Extent, Extents, Layout};
+use super::buckets::{Buckets, Held, Kept, Resident};
+use super::layout::Layout;
 use super::plan::SLOT_BYTES;
+use super::runs::{RUN_BYTES, Runs};
 use super::{Plan, Record};
 use crate::disk::{Budget, Lease, Scratch, ScratchFile, Workspace};
 use crate::error::{Error, Result};
@@ -24,8 +24,7 @@ const KEEP: u64 = 256 << 10;
 
 /// What finished writers handed in.
 struct Done<R> {
-    extents: Vec<Extents>,
-    kept: Vec<Resident<R>>,
+    held: Vec<Held<R>>,
     records: u64,
     spilled: u64,
 }
@@ -78,6 +77,8 @@ pub struct Shuffle<R> {
     layout: Layout,
     /// Records that a buffer holds.
     per_buffer: u32,
+    /// Runs that a writer expects at most.
+    runs: u64,
     files: Vec<Mutex<Option<Arc<ScratchFile>>>>,
     open: AtomicU64,
     done: Mutex<Done<R>>,
@@ -109,11 +110,11 @@ impl<R: Record> Shuffle<R> {
             what,
             per_buffer: per_buffer as u32,
             files: (0..layout.files()).map(|_| Mutex::default()).collect(),
+            runs: plan.runs(layout.buckets),
             layout,
             open: AtomicU64::new(0),
             done: Mutex::new(Done {
-                extents: Vec::new(),
-                kept: Vec::new(),
+                held: Vec::new(),
                 records: 0,
                 spilled: 0,
             }),
@@ -129,10 +130,9 @@ impl<R: Record> Shuffle<R> {
     pub fn writer(&self) -> Result<Writer<'_, R>> {
         let buckets = self.layout.buckets;
         let room = buckets * u64::from(self.per_buffer);
-        let bytes = room * size_of::<R>() as u64 + buckets * SLOT_BYTES;
-        // Two leases, so that what is kept in memory after `finish` stays covered.
-        let keep = self.budget.lease(self.what, bytes.min(KEEP))?;
-        let rest = self.budget.lease(self.what, bytes - keep.bytes())?;
+        let notes = buckets * SLOT_BYTES + self.runs * RUN_BYTES;
+        let bytes = room * size_of::<R>() as u64 + notes;
+        let lease = self.budget.lease(self.what, bytes)?;
         self.open.fetch_add(1, Ordering::Relaxed);
         Ok(Writer {
             arena: Vec::with_capacity(room as usize),
@@ -140,20 +140,19 @@ impl<R: Record> Shuffle<R> {
             start: self.layout.keys.start,
             width: self.layout.keys.end.saturating_sub(self.layout.keys.start),
             shift: self.layout.shift,
-            extents: Extents::default(),
+            runs: Runs::new(buckets as usize, self.runs as usize),
             records: 0,
             spilled: 0,
             shuffle: self,
-            keep,
-            rest,
+            lease,
         })
     }
 
     /// Ends the writing.
     ///
     /// # Errors
-    /// [`Error::Internal`] when a writer was dropped unfinished, [`Error::Budget`] when the
-    /// list of extents does not fit.
+    /// [`Error::Internal`] when a writer was dropped unfinished, [`Error::Budget`] when a byte
+    /// for each bucket does not fit.
     pub fn finish(self) -> Result<Buckets<R>> {
         let open = self.open.into_inner();
         if open > 0 {
@@ -172,8 +171,7 @@ impl<R: Record> Shuffle<R> {
             files
                 .map(|f| f.into_inner().unwrap_or_else(PoisonError::into_inner))
                 .collect(),
-            done.extents,
-            done.kept,
+            done.held,
             (done.records, done.spilled),
             (self.budget, self.scratch),
         )
@@ -210,12 +208,11 @@ pub struct Writer<'a, R> {
     start: u64,
     width: u64,
     shift: u32,
-    extents: Extents,
+    runs: Runs,
     records: u64,
     spilled: u64,
     shuffle: &'a Shuffle<R>,
-    keep: Lease,
-    rest: Lease,
+    lease: Lease,
 }
 
 impl<R: Record> Writer<'_, R> {
@@ -277,22 +274,23 @@ impl<R: Record> Writer<'_, R> {
         Ok(())
     }
 
-    /// Writes what the bucket's buffer holds, as one extent.
+    /// Writes what the bucket's buffer holds to the bucket's run.
     fn flush(&mut self, bucket: usize) -> Result<()> {
         let (start, len) = self.held(bucket);
         if len == 0 {
             return Ok(());
         }
+        let (size, per) = (size_of::<R>(), self.shuffle.per_buffer);
+        let file = self.shuffle.file_of(bucket)?;
+        if let Some(room) = self.runs.wants(bucket, len, per, size) {
+            let at = file.reserve(u64::from(room) * size as u64);
+            self.runs.begin(bucket, (at, room), &self.shuffle.budget)?;
+        }
+        let (at, before) = self.runs.add(bucket, len);
         let bytes: &[u8] = bytemuck::cast_slice(&self.arena[start..start + len as usize]);
-        let at = self.shuffle.file_of(bucket)?.append(bytes)?;
+        file.fill(bytes, at + u64::from(before) * size as u64)?;
         self.spilled += bytes.len() as u64;
         self.records += u64::from(len);
-        let extent = Extent {
-            bucket: bucket as u32,
-            records: len,
-            at,
-        };
-        self.extents.push(extent, &self.shuffle.budget)?;
         self.slots[bucket].next = start as u32;
         Ok(())
     }
@@ -316,54 +314,64 @@ impl<R: Record> Writer<'_, R> {
             .fold((0, 0), |(count, sum), len| {
                 (count + u64::from(len > 0), sum + u64::from(len))
             });
-        let weight = left * size_of::<R>() as u64 + count * EXTENT_BYTES;
-        if self.spilled > 0 || weight > self.keep.bytes() {
-            for bucket in buckets {
-                self.flush(bucket)?;
-            }
-            self.arena = Vec::new();
-        } else {
+        let weight = left * size_of::<R>() as u64 + count * size_of::<Kept>() as u64;
+        let held = if self.spilled > 0 || weight > self.lease.bytes().min(KEEP) {
+            buckets.clone().try_for_each(|bucket| self.flush(bucket))?;
+            drop((
+                std::mem::take(&mut self.arena),
+                std::mem::take(&mut self.slots),
+            ));
+            self.lease.shrink(self.runs.seal());
+            Some(Held::Spilled {
+                runs: self.runs,
+                _lease: self.lease,
+            })
+        } else if left > 0 {
             self.records = left;
-        }
-        let kept = (self.spilled == 0 && left > 0).then(|| self.compact(count as usize));
-        drop(std::mem::take(&mut self.slots));
-        drop(self.rest);
+            let (records, kept) = self.compact(count as usize);
+            drop((std::mem::take(&mut self.slots), self.runs));
+            self.lease.shrink(weight);
+            Some(Held::Kept {
+                records: Resident::new(records, kept),
+                _lease: self.lease,
+            })
+        } else {
+            None
+        };
         let mut done = lock(&self.shuffle.done);
         done.records += self.records;
         done.spilled += self.spilled;
-        done.extents.push(self.extents);
-        done.kept
-            .extend(kept.map(|(records, extents)| Resident::new(records, extents, self.keep)));
+        done.held.extend(held);
         drop(done);
         self.shuffle.open.fetch_sub(1, Ordering::Relaxed);
         Ok(())
     }
 
     /// Moves the held records to the front of the arena and gives the rest of it back.
-    fn compact(&mut self, count: usize) -> (Vec<R>, Vec<Extent>) {
-        let mut extents = Vec::with_capacity(count);
+    fn compact(&mut self, count: usize) -> (Vec<R>, Vec<Kept>) {
+        let mut kept = Vec::with_capacity(count);
         for bucket in 0..self.slots.len() {
             let (start, records) = self.held(bucket);
             if records > 0 {
-                extents.push(Extent {
+                kept.push(Kept {
                     bucket: bucket as u32,
                     records,
-                    at: start as u64,
+                    at: start,
                 });
             }
         }
-        extents.sort_unstable_by_key(|e| e.at);
+        kept.sort_unstable_by_key(|k| k.at);
         let mut records = std::mem::take(&mut self.arena);
         let mut len = 0;
-        for extent in &mut extents {
-            let from = extent.at as usize;
-            records.copy_within(from..from + extent.records as usize, len);
-            extent.at = len as u64;
-            len += extent.records as usize;
+        for part in &mut kept {
+            let from = part.at;
+            records.copy_within(from..from + part.records as usize, len);
+            part.at = len;
+            len += part.records as usize;
         }
         records.truncate(len);
         records.shrink_to_fit();
-        extents.sort_unstable();
-        (records, extents)
+        kept.sort_unstable_by_key(|k| k.bucket);
+        (records, kept)
     }
 }

@@ -36,7 +36,6 @@ pub mod sums;
 
 use self::map::MOST_CELLS;
 use self::names::Marks;
-use self::records::{Dealt, Lone, Reply};
 use super::plan::Shape;
 use crate::corner::Index;
 use crate::shuffle;
@@ -45,8 +44,6 @@ use crate::shuffle;
 const GOOD_CELL: u64 = 16 << 10;
 /// More cells at once cost more in address translation than they save.
 const MOST_AT_ONCE: u64 = 2048;
-/// Bytes of one cell's buffer for triangles: best, and least.
-const BUFFER: (u64, u64) = (16 << 10, 2 << 10);
 /// Triangles of a window that suit the cache.
 const GOOD_WINDOW: u64 = 16 << 10;
 /// Triangles that are dealt at a time.
@@ -85,14 +82,6 @@ impl Window {
     pub fn bytes<I: Index, W: Index>(&self) -> u64 {
         (assemble::WORDS * W::BYTES.max(I::BYTES) as u64 + 24) << self.shift
     }
-
-    /// A shuffle to windows whose writers buffer `bytes` for each.
-    pub fn plan(&self, bytes: u64) -> shuffle::Plan {
-        shuffle::Plan {
-            buckets: self.count as usize,
-            buffer_bytes: bytes as usize,
-        }
-    }
 }
 
 /// How the budget is cut up on the path through cells.
@@ -106,53 +95,89 @@ pub struct CellPlan {
     pub dealt: shuffle::Plan,
     /// The shuffle of edges to cells.
     pub lone: shuffle::Plan,
+    /// The shuffle of positions to cells, where G does not fit.
+    pub spots: shuffle::Plan,
     /// Windows of triangles.
     pub windows: Window,
-    /// Bytes of a window's buffer in a writer of replies.
-    pub reply_buffer: u64,
-    /// Bytes of a window's buffer in a writer of patches.
-    pub patch_buffer: u64,
+    /// The shuffle of replies to windows.
+    pub replies: shuffle::Plan,
+    /// The shuffle of patches to windows.
+    pub patches: shuffle::Plan,
 }
 
 impl CellPlan {
     /// Cuts up `memory` bytes. `by_place` when G says which vertices are near: few edges go alone
-    /// then.
+    /// then. `cells` is for tests.
     pub fn new(shape: &Shape, memory: u64, by_place: bool, cells: Option<usize>) -> CellPlan {
-        let wide = shape.index / 4;
+        let width = shape.index as usize;
         let (triangles, threads) = (shape.triangles, shape.threads);
-        // Writers of the deal get a quarter of the memory.
+        // The writers of one pass get a quarter of the memory.
         let share = memory / 4 / threads;
-        let afford = share / (wide * (BUFFER.1 + BUFFER.1 / 2) + 64);
-        let wanted = triangles.div_ceil(GOOD_CELL).min(MOST_AT_ONCE);
-        let cells = cells
-            .map_or(wanted.min(afford).max(1), |cells| cells as u64)
-            .clamp(1, MOST_CELLS.min(afford.max(1)));
-        let buffer = (share / cells).min(2 * BUFFER.0 * wide);
-        let (dealt, lone) = if by_place {
-            (buffer * 7 / 8, buffer / 8)
-        } else {
-            (buffer * 4 / 7, buffer * 3 / 7)
+        let alone = if by_place { triangles / 16 } else { triangles };
+        let wanted = triangles.div_ceil(GOOD_CELL).clamp(1, MOST_AT_ONCE);
+        let wanted = cells.map_or(wanted, |cells| cells as u64).min(MOST_CELLS) as usize;
+        let (most, some) = parts(share, by_place);
+        let plans = |buckets: usize| {
+            (
+                shuffle::Plan::of(buckets, most, 4 * width, triangles),
+                shuffle::Plan::of(buckets, some, 3 * width, alone),
+                shuffle::Plan::of(buckets, most, 4 * width.max(8), shape.vertices),
+            )
         };
-        let plan = |bytes: u64, record: usize| shuffle::Plan {
-            buckets: cells as usize,
-            buffer_bytes: (bytes.saturating_sub(24) as usize).max(record),
+        // All shuffles to cells have the same buckets.
+        let (a, b, c) = plans(wanted);
+        let cells = a.buckets.min(b.buckets).min(c.buckets);
+        let (dealt, lone, spots) = plans(cells);
+        let same = |plan: shuffle::Plan| shuffle::Plan {
+            buckets: cells,
+            ..plan
         };
-        let most = (share / (wide * 2 * BUFFER.1)).clamp(1, MOST_AT_ONCE);
-        let windows = Window::new(triangles, most);
-        let buffer = (share / windows.count).min(2 * BUFFER.0 * wide);
+        let (windows, replies, patches) = window_plans(shape, share, by_place);
         CellPlan {
-            cells,
+            cells: cells as u64,
             step: STEP.min((share / 64).max(64)),
-            dealt: plan(dealt, size_of::<Dealt<u64>>()),
-            lone: plan(lone, size_of::<Lone<u64>>()),
+            dealt: same(dealt),
+            lone: same(lone),
+            spots: same(spots),
             windows,
-            reply_buffer: (buffer * 3 / 4).max(size_of::<Reply<u64>>() as u64),
-            patch_buffer: (buffer / 4).max(16),
+            replies,
+            patches,
         }
     }
 
     /// Bytes held through all passes: the marks of names.
     pub fn held(shape: &Shape) -> u64 {
         Marks::bytes(shape.triangles)
+    }
+}
+
+/// Memory for what goes for each triangle, and for what crosses from cell to cell.
+fn parts(share: u64, by_place: bool) -> (u64, u64) {
+    if by_place {
+        (share / 8 * 7, share / 8)
+    } else {
+        (share / 8 * 5, share / 8 * 3)
+    }
+}
+
+/// Windows, as many as their shuffles can buffer for, and those shuffles.
+fn window_plans(
+    shape: &Shape,
+    share: u64,
+    by_place: bool,
+) -> (Window, shuffle::Plan, shuffle::Plan) {
+    let (triangles, width) = (shape.triangles, shape.index as usize);
+    let across = if by_place { triangles / 16 } else { triangles };
+    let (most, some) = parts(share, by_place);
+    let mut at_most = MOST_AT_ONCE;
+    loop {
+        let windows = Window::new(triangles, at_most);
+        let buckets = windows.count as usize;
+        let replies = shuffle::Plan::of(buckets, most, 5 * width, triangles);
+        let patches = shuffle::Plan::of(buckets, some, 2 * width, across);
+        if replies.buckets.min(patches.buckets) == buckets {
+            return (windows, replies, patches);
+        }
+        at_most = (replies.buckets.min(patches.buckets) as u64).max(1);
     }
 }

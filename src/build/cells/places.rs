@@ -47,16 +47,14 @@ pub fn deal_places<W: Index, X: Coord>(
     job: &Job,
     g: &CoordArray,
     map: &CellMap,
-    buffer: impl Fn(usize) -> Plan,
+    plan: Plan,
 ) -> Result<Places<X>> {
     if W::BYTES == 4 && X::BYTES == 4 {
         // The value is that of an f32, so this is exact.
         let word = |x: X| (x.wide() as f32).to_bits();
-        let plan = buffer(size_of::<Spot<u32>>());
         Ok(Places::Narrow(deal(job, g, map, plan, word)?))
     } else {
         let word = |x: X| x.wide().to_bits();
-        let plan = buffer(size_of::<Spot<u64>>());
         Ok(Places::Wide(deal(job, g, map, plan, word)?))
     }
 }

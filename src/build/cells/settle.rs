@@ -30,7 +30,7 @@ use crate::chunk::measure::{Coord, Measure, Measurer};
 use crate::chunk::pair::{BORDER, SPECIAL};
 use crate::corner::Index;
 use crate::disk::ScratchFile;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::shuffle::{Shuffle, Writer};
 use bytemuck::Zeroable;
 use std::sync::Mutex;
@@ -81,6 +81,11 @@ pub fn settle<W: Index, X: Coord>(
     let _lease = ws.budget.lease("cells", threads * (share + APPENDED))?;
     let settled = Mutex::new(Settled::default());
     let wide = W::BYTES as u64 / 4;
+    if hands.triangles.count() != hands.lone.count() {
+        return Err(Error::Internal(
+            "triangles and edges have other cells".into(),
+        ));
+    }
     ws.workers.run(
         hands.triangles.count(),
         || Thread::<W, X>::new(sinks, places),

@@ -208,9 +208,7 @@ impl<W: Index> Sums<'_, W> {
         let threads = ws.workers.count() as u64;
         let window = WINDOW * CoordReader::<X>::BYTES + (64 << 10);
         let _lease = ws.budget.lease("windows of G", threads * window)?;
-        let memory = self
-            .job
-            .sort_memory(threads * super::super::writer_bytes(&plan));
+        let memory = self.job.sort_memory(threads * plan.writer_bytes());
         ws.workers.run(
             asks.count(),
             || Ok((asks.sorter(memory)?, Fetch::<X>::new(g, answers.writer()?))),

@@ -110,6 +110,7 @@ fn weld_tuned(ws: &Workspace, mesh: Mesh, request: &Request, tuning: Tuning) -> 
         polygons_fanned: mesh.polygons_fanned,
         welded: true,
         entry: mesh.entry,
+        sums: Vec::new(),
     })
 }
 

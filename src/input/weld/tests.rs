@@ -145,6 +145,7 @@ fn mesh(v: IndexArray, g: Option<CoordArray>) -> Mesh {
             format: "test".into(),
             files: Vec::new(),
         },
+        sums: Vec::new(),
     }
 }
 
