@@ -5,6 +5,7 @@
 //! the last block that the thread read, so it is no run of zeros that a file system might skip.
 
 use crate::{Result, at};
+use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
 use std::os::unix::fs::FileExt;
 use std::path::Path;
@@ -15,7 +16,7 @@ use std::time::Instant;
 const BLOCK: u64 = 1 << 20;
 
 /// One run of the floor.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 pub struct Floor {
     /// Wall time of reading and writing, the opening and making of the files included.
     pub seconds: f64,

@@ -1,35 +1,45 @@
-//! The whole of `cornermill build` as a process, beside the floor of the machine: the time to
-//! read the same input bytes and write the same output bytes to the same disk.
+//! The whole of `cornermill build` as a process, row by row, beside the floor of the machine: the
+//! time to read the same input bytes and write the same output bytes to the same disk.
 //!
 //! ```text
-//! cargo bench --bench build                       8M and 32M coherent triangles, saved
-//! cargo bench --bench build -- 2M 128M --dir /mnt other sizes, another disk
-//! cargo bench --bench build -- --quick            1M, one round, not saved: for CI
+//! cargo bench --bench build                          every row that fits a short run, saved
+//! cargo bench --bench build -- --only s32,rv32       some rows
+//! cargo bench --bench build -- --large               the rows of 256M and 1000M triangles too
+//! cargo bench --bench build -- --only s32 --triangles 2M   another size, not saved
+//! cargo bench --bench build -- --list                the rows and their bars
+//! cargo bench --bench build -- --quick               every mesh once, of 1M, not saved: for CI
 //! ```
 //!
 //! Why the comparison holds: floor and build take turns, so that whatever else the machine does
 //! meets both, and the ratio is the median over the pairs. Every build reads files that are in
 //! the page cache and ends on a disk without pending writes; both leave the final sync out of
 //! their seconds and state it apart. Every build must find what data-gen's closed forms say, and
-//! write the same manifest each time. No time is asserted.
+//! write the same manifest each time, for every budget. No time is asserted: a bar is met or
+//! missed on the page, and only a wrong answer or a crash fails the run.
 //!
-//! The mesh is data-gen's displaced sphere, V and G as .npy. Results go to
-//! `benches/results/DATE-MACHINE/build.{md,json}`; a second run on one day replaces the first.
+//! Results go to `benches/results/DATE-MACHINE/build.{md,json}` after every row, so a run that is
+//! cut short keeps the rows that it has; a later run at the same commit adds to them.
 //!
 //! Memory: 1 MiB a thread for the floor, two buffers of at most 256 MiB a thread for the figure of
-//! memory copies. Disk: the input and twice the output, about 90 bytes a triangle.
+//! memory copies. Disk: input, output and scratch, about 60 to 200 bytes a triangle.
 
+mod cases;
 mod floor;
+mod input;
 mod machine;
 mod process;
 mod report;
+mod row;
+mod scipy;
 
+use cases::{Case, Memory};
 use clap::Parser;
-use cornermill::folder::{Counts, MANIFEST, Manifest};
-use data_gen::Truth;
+use cornermill::folder::{MANIFEST, Manifest};
+use input::Input;
 use machine::Figures;
-use process::Build;
-use report::{Case, Report, Round};
+use process::{Build, Built, Ended};
+use report::Report;
+use row::{Round, Row};
 use std::error::Error;
 use std::fs;
 use std::io;
@@ -44,21 +54,27 @@ fn at(path: &Path) -> impl Fn(io::Error) -> String + '_ {
     move |e| format!("{}: {e}", path.display())
 }
 
-/// Times `cornermill build` on coherent meshes, and the floor beside it.
+/// Times `cornermill build` row by row, and the floor beside it.
 #[derive(Debug, Parser)]
 struct Args {
-    /// Numbers of triangles: 500k, 8M, 1G
-    #[arg(default_values = ["8M", "32M"])]
-    sizes: Vec<String>,
-    /// 1M triangles, one round, nothing saved
-    #[arg(long, conflicts_with_all = ["sizes", "rounds"])]
+    /// Rows to run, by name
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<String>,
+    /// The rows that take minutes and tens of GB, too
+    #[arg(long)]
+    large: bool,
+    /// Name the rows, and run none
+    #[arg(long)]
+    list: bool,
+    /// Every mesh once with 1M triangles, one round, nothing saved
+    #[arg(long, conflicts_with_all = ["only", "large", "rounds"])]
     quick: bool,
+    /// Another number of triangles for all rows, without bars and not saved: 500k, 2M
+    #[arg(long)]
+    triangles: Option<String>,
     /// Pairs of floor and build
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(3..))]
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..))]
     rounds: u16,
-    /// What `build` is given
-    #[arg(long, default_value = "512MiB")]
-    memory: String,
     /// What `build` is given, and the second floor
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..))]
     threads: u16,
@@ -88,157 +104,196 @@ fn main() -> ExitCode {
 
 fn run(mut args: Args) -> Result<()> {
     args.quick |= args.test || !args.bench;
-    if args.quick {
-        args.sizes = vec!["1M".into()];
-        args.rounds = 1;
+    args.no_save |= args.quick || args.triangles.is_some();
+    let cases = chosen(&args)?;
+    if args.list {
+        for case in &cases {
+            println!("{:14} {} {:?}", case.name, case.shape, case.bars);
+        }
+        return Ok(());
     }
     let dir = tempfile::Builder::new()
         .prefix("bench-build-")
         .tempdir_in(&args.dir)
         .map_err(at(&args.dir))?;
-    let threads = usize::from(args.threads);
-    let probe = if args.quick { 32 << 20 } else { 256 << 20 };
+    let probe = if args.no_save { 32 << 20 } else { 256 << 20 };
     eprintln!("figures of the machine");
-    let figures = Figures::measure(dir.path(), threads, probe)?;
-    let mut report = Report::new(figures, &args.memory, threads);
-    for size in &args.sizes {
-        report.cases.push(case(&args, dir.path(), size)?);
+    let figures = Figures::measure(dir.path(), usize::from(args.threads), probe)?;
+    let judged = !args.quick && args.triangles.is_none();
+    let mut report = Report::new(figures, judged)?;
+    if !args.no_save {
+        report.resume();
+    }
+    let python = scipy::python();
+    if python.is_none() {
+        eprintln!("no python3 with NumPy and SciPy: those comparisons are left out");
+    }
+    let mut turns = Turns {
+        args: &args,
+        python,
+        dir: dir.path(),
+        input: None,
+    };
+    let mut failed = Vec::new();
+    for case in &cases {
+        match turns.row(case) {
+            Ok(row) => {
+                report.add(row);
+                if !args.no_save {
+                    report.save()?;
+                }
+            }
+            Err(e) => {
+                eprintln!("{}: {e}", case.name);
+                failed.push(case.name.as_str());
+            }
+        }
     }
     print!("{}", report.markdown());
-    if !(args.quick || args.no_save) {
-        report.save()?;
-    }
-    Ok(())
-}
-
-/// Makes one mesh and times floor and build on it by turns.
-fn case(args: &Args, dir: &Path, size: &str) -> Result<Case> {
-    eprintln!("{size}: data-gen");
-    let input = Input::make(dir, size)?;
-    let out = dir.join("out.ct");
-    let build = Build {
-        binary: Path::new(env!("CARGO_BIN_EXE_cornermill")),
-        v: &input.v,
-        g: &input.g,
-        out: &out,
-        memory: &args.memory,
-        threads: usize::from(args.threads),
-        scratch: dir,
-    };
-    // The first build is not timed: it tells the sizes for the floor, and loads the binary.
-    eprintln!("{size}: a first build");
-    build.run()?;
-    let first = fs::read(out.join(MANIFEST)).map_err(at(&out))?;
-    check(&Manifest::read(&out)?.counts, &input.truth)?;
-    let files = sizes(&out)?;
-    let floor = |threads| {
-        let inputs = [input.v.as_path(), &input.g];
-        floor::run(&inputs, &files, &dir.join("floor"), threads)
-    };
-    let mut rounds = Vec::new();
-    for round in 1..=args.rounds {
-        eprintln!("{size}: round {round} of {}", args.rounds);
-        let one = floor(1)?;
-        let all = floor(usize::from(args.threads))?;
-        fs::remove_dir_all(&out).map_err(at(&out))?;
-        let built = build.run()?;
-        let again = fs::read(out.join(MANIFEST)).map_err(at(&out))?;
-        if again != first {
-            return Err("two builds of one mesh wrote different manifests".into());
-        }
-        rounds.push(Round { one, all, built });
-    }
-    let mut output = 0;
-    for (_, bytes) in &files {
-        output += bytes;
-    }
-    let input_bytes = length(&input.v)? + length(&input.g)?;
-    fs::remove_dir_all(&out).map_err(at(&out))?;
-    Ok(Case {
-        size: size.to_owned(),
-        triangles: input.truth.triangles,
-        input: input_bytes,
-        output,
-        rounds,
-    })
-}
-
-/// A mesh on disk and in the page cache, and what it is known to hold.
-struct Input {
-    v: PathBuf,
-    g: PathBuf,
-    truth: Truth,
-}
-
-impl Input {
-    fn make(dir: &Path, size: &str) -> Result<Input> {
-        let v = dir.join("mesh.npy");
-        let g = dir.join("mesh.G.npy");
-        let args = ["data-gen", "sphere", "--triangles", size, "--output"].map(AsRef::as_ref);
-        let args = args.into_iter().chain([v.as_os_str()]);
-        let args = data_gen::Args::try_parse_from(args)?;
-        data_gen::args::run(&args)?;
-        for path in [&v, &g] {
-            let mut file = fs::File::open(path).map_err(at(path))?;
-            file.sync_all().map_err(at(path))?;
-            io::copy(&mut file, &mut io::sink()).map_err(at(path))?;
-        }
-        let truth = closed_forms(&dir.join("mesh.npy.json"))?;
-        Ok(Input { v, g, truth })
-    }
-}
-
-/// The counts that data-gen wrote beside its mesh.
-fn closed_forms(path: &Path) -> Result<Truth> {
-    let text = fs::read(path).map_err(at(path))?;
-    let facts: serde_json::Value = serde_json::from_slice(&text)?;
-    let count = |key: &str| {
-        let count = facts[key].as_u64();
-        count.ok_or_else(|| format!("{}: no count `{key}`", path.display()))
-    };
-    Ok(Truth {
-        triangles: count("triangles")?,
-        vertices: count("vertices")?,
-        distinct_edges: count("distinct_edges")?,
-        border_edges: count("border_edges")?,
-        nonmanifold_edges: count("nonmanifold_edges")?,
-        components: count("components")?,
-        components_joined: count("components_joined")?,
-        closed_components: count("closed_components")?,
-        nonorientable_components: count("nonorientable_components")?,
-        degenerate: count("degenerate")?,
-        unreferenced: count("unreferenced")?,
-        inconsistent_edges: count("inconsistent_edges")?,
-        flipped: count("flipped")?,
-        ..Truth::default()
-    })
-}
-
-/// Compares what the build found with what the mesh is known to hold.
-fn check(found: &Counts, truth: &Truth) -> Result<()> {
-    // An outward sphere is left as it is, so flips of the build are flips of data-gen.
-    let expected = Counts {
-        triangles: truth.triangles,
-        vertices: truth.vertices,
-        unreferenced_vertices: truth.unreferenced,
-        degenerate: truth.degenerate,
-        distinct_edges: truth.distinct_edges,
-        regular_edges: truth.distinct_edges - truth.border_edges - truth.nonmanifold_edges,
-        border_edges: truth.border_edges,
-        nonmanifold_edges: truth.nonmanifold_edges,
-        inconsistent_edges: truth.inconsistent_edges,
-        components: truth.components,
-        components_joined: truth.components_joined,
-        nonorientable_components: truth.nonorientable_components,
-        closed_components: truth.closed_components,
-        watertight_components: truth.closed_components,
-        flipped_triangles: truth.flipped,
-        ..Counts::default()
-    };
-    if *found == expected {
+    if failed.is_empty() {
         return Ok(());
     }
-    Err(format!("expected {expected:#?}, found {found:#?}").into())
+    Err(format!("failed: {}", failed.join(", ")).into())
+}
+
+/// The rows that are asked for.
+fn chosen(args: &Args) -> Result<Vec<Case>> {
+    if args.quick {
+        return Ok(cases::quick(args.triangles.as_deref().unwrap_or("1M")));
+    }
+    let all = cases::all();
+    if let Some(name) = args.only.iter().find(|n| all.iter().all(|c| c.name != **n)) {
+        return Err(format!("no row {name}: --list names them").into());
+    }
+    let wanted = |case: &Case| match args.only.is_empty() {
+        true => args.large || args.list || !case.large,
+        false => args.only.contains(&case.name),
+    };
+    let mut cases: Vec<Case> = all.into_iter().filter(wanted).collect();
+    for (case, triangles) in cases.iter_mut().zip(args.triangles.iter().cycle()) {
+        case.shape.triangles.clone_from(triangles);
+        case.large = false;
+    }
+    Ok(cases)
+}
+
+/// What the rows of a run share: the folder to work in, and the mesh that lies there.
+struct Turns<'a> {
+    args: &'a Args,
+    python: Option<PathBuf>,
+    dir: &'a Path,
+    input: Option<Input>,
+}
+
+impl Turns<'_> {
+    /// Runs one row: floor and build by turns.
+    fn row(&mut self, case: &Case) -> Result<Row> {
+        let mut input = self.mesh(case)?;
+        let row = self.rounds(case, &mut input);
+        self.input = Some(input);
+        row
+    }
+
+    /// The mesh of a row: the one that lies there, or a new one in its place.
+    fn mesh(&mut self, case: &Case) -> Result<Input> {
+        match self.input.take() {
+            Some(input) if input.shape == case.shape => Ok(input),
+            old => {
+                drop(old);
+                eprintln!("{}: data-gen {}", case.name, case.shape);
+                Input::make(&self.dir.join("mesh"), &case.shape)
+            }
+        }
+    }
+
+    fn rounds(&self, case: &Case, input: &mut Input) -> Result<Row> {
+        let memory = match case.memory {
+            Memory::Stated(memory) => memory.to_owned(),
+            Memory::Quarter => format!("{}KiB", input.bytes / 4 / 1024),
+        };
+        let mut row = Row {
+            name: case.name.clone(),
+            mesh: case.shape.to_string(),
+            triangles: input.truth.triangles,
+            memory,
+            threads: usize::from(self.args.threads),
+            input: input.bytes,
+            output: 0,
+            refused: None,
+            rounds: Vec::new(),
+        };
+        let out = self.dir.join("out.ct");
+        // The first build tells the sizes for the floor, and loads the binary: it is timed only
+        // where it is the only one.
+        eprintln!("{}: a first build", case.name);
+        let mut first = match self.build(&row, input, &out)? {
+            Ended::Built(built) => Some(built),
+            Ended::Refused(said) => {
+                row.refused = Some(said);
+                return Ok(row);
+            }
+        };
+        let counts = Manifest::read(&out)?.counts;
+        input.check(&counts)?;
+        let files = sizes(&out)?;
+        row.output = files.iter().map(|file| file.1).sum();
+        let once = case.large || self.args.quick;
+        let rounds = if once { 1 } else { self.args.rounds };
+        for round in 1..=rounds {
+            eprintln!("{}: round {round} of {rounds}", case.name);
+            if out.exists() {
+                fs::remove_dir_all(&out).map_err(at(&out))?;
+            }
+            let place = self.dir.join("floor");
+            let floor_one_thread = floor::run(&input.files(), &files, &place, 1)?;
+            let floor_all_threads = floor::run(&input.files(), &files, &place, row.threads)?;
+            let build = match first.take().filter(|_| once) {
+                Some(built) => built,
+                None => self.again(&row, input, &out)?,
+            };
+            let python = self.python.as_ref().filter(|_| case.scipy);
+            let in_memory = python.map(|python| scipy::run(python, input, &counts, self.dir));
+            row.rounds.push(Round {
+                floor_one_thread,
+                floor_all_threads,
+                build,
+                in_memory: in_memory.transpose()?,
+            });
+        }
+        if out.exists() {
+            fs::remove_dir_all(&out).map_err(at(&out))?;
+        }
+        Ok(row)
+    }
+
+    /// A build of which the first one is known to succeed.
+    fn again(&self, row: &Row, input: &mut Input, out: &Path) -> Result<Built> {
+        match self.build(row, input, out)? {
+            Ended::Built(built) => Ok(built),
+            Ended::Refused(said) => Err(format!("built once, then refused: {said}").into()),
+        }
+    }
+
+    /// Builds, and holds the manifest to that of every other build of the mesh.
+    fn build(&self, row: &Row, input: &mut Input, out: &Path) -> Result<Ended> {
+        let build = Build {
+            binary: Path::new(env!("CARGO_BIN_EXE_cornermill")),
+            input,
+            out,
+            memory: &row.memory,
+            threads: row.threads,
+            scratch: self.dir,
+        };
+        let ended = build.run()?;
+        if matches!(ended, Ended::Built(_)) {
+            let manifest = fs::read(out.join(MANIFEST)).map_err(at(out))?;
+            if input.manifest.as_ref().is_some_and(|m| *m != manifest) {
+                return Err("two builds of one mesh wrote different manifests".into());
+            }
+            input.manifest = Some(manifest);
+        }
+        Ok(ended)
+    }
 }
 
 /// Names and lengths of the files of a folder, by name.

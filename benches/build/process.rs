@@ -1,30 +1,32 @@
-//! One run of `cornermill build` as a process: wall time, what its JSON report says of the passes,
-//! and peak resident memory.
+//! One run of a program as a process: wall time, peak resident memory, and for `cornermill build`
+//! what its JSON report says of the passes.
 //!
 //! The peak is that of the kernel (`ru_maxrss`, file-backed pages included) as GNU time prints it,
 //! since the process is a child of that small program and inherits nothing from the bench; where
 //! there is no GNU time, the program's own word is taken, and said to be that.
 
+use crate::input::Input;
 use crate::{Result, at};
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::time::Instant;
 
 /// Where GNU time is.
 const TIME: &str = "/usr/bin/time";
 /// Passes that only bring finished files to the disk and to their place.
 const APART: [&str; 2] = ["sync", "rename"];
+/// The exit code of a budget that is too small.
+const REFUSED: i32 = 5;
 
 /// What to run.
 pub struct Build<'a> {
     /// The program.
     pub binary: &'a Path,
-    /// V.
-    pub v: &'a Path,
-    /// G.
-    pub g: &'a Path,
+    /// The mesh.
+    pub input: &'a Input,
     /// The folder to make.
     pub out: &'a Path,
     /// `--memory`.
@@ -36,7 +38,7 @@ pub struct Build<'a> {
 }
 
 /// One pass, as the report has it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Pass {
     /// Its name.
     pub name: String,
@@ -49,18 +51,19 @@ pub struct Pass {
 }
 
 /// Peak resident memory in bytes, and whose word it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Peak {
-    /// The kernel's.
-    Kernel(u64),
-    /// The program's own.
-    Own(u64),
     /// Nobody's.
     Unknown,
+    /// The program's own.
+    Own(u64),
+    /// The kernel's.
+    Kernel(u64),
 }
 
 /// What one run took.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Built {
     /// Wall time of the process without `sync`.
     pub seconds: f64,
@@ -68,59 +71,128 @@ pub struct Built {
     pub sync: Option<f64>,
     /// Peak resident memory.
     pub peak: Peak,
+    /// The most scratch space at once, in bytes.
+    pub scratch: u64,
     /// The passes, in order; none when there is no report.
     pub passes: Vec<Pass>,
 }
 
+/// How a run ended, other than by a fault.
+pub enum Ended {
+    /// With a folder.
+    Built(Built),
+    /// Without one: the budget is too small, in the program's words.
+    Refused(String),
+}
+
 impl Build<'_> {
     /// Runs it once.
-    pub fn run(&self) -> Result<Built> {
+    pub fn run(&self) -> Result<Ended> {
         let json = self.scratch.join("report.json");
-        let time = self.scratch.join("time.txt");
-        let timed = has_gnu_time(&time);
-        for path in [&json, &time] {
-            if path.exists() {
-                fs::remove_file(path).map_err(at(path))?;
+        if json.exists() {
+            fs::remove_file(&json).map_err(at(&json))?;
+        }
+        let ran = Ran::new(self.scratch, self.binary, |command| {
+            command.arg("build").arg(&self.input.v);
+            if let Some(g) = &self.input.g {
+                command.arg("--positions").arg(g);
             }
+            command
+                .arg("-o")
+                .arg(self.out)
+                .args(["--memory", self.memory, "--progress", "none", "--threads"])
+                .arg(self.threads.to_string())
+                .arg(format!("--json={}", json.display()));
+        })?;
+        if ran.output.status.code() == Some(REFUSED) {
+            let said = String::from_utf8_lossy(&ran.output.stderr);
+            return Ok(Ended::Refused(said.trim().to_owned()));
+        }
+        ran.succeeded("build")?;
+        let report = read_report(&json);
+        let passes: Vec<Pass> =
+            serde_json::from_value(report["passes"].clone()).unwrap_or_default();
+        let apart = passes.iter().filter(|p| APART.contains(&p.name.as_str()));
+        let sync = (!passes.is_empty()).then(|| apart.map(|p| p.seconds).sum());
+        let own = report["peak_resident"].as_u64();
+        Ok(Ended::Built(Built {
+            seconds: ran.seconds - sync.unwrap_or(0.0),
+            sync,
+            peak: ran.peak.or_own(own),
+            scratch: report["peak_scratch"].as_u64().unwrap_or(0),
+            passes,
+        }))
+    }
+}
+
+impl Peak {
+    /// This, or the program's own word where the kernel's is not known.
+    fn or_own(self, own: Option<u64>) -> Peak {
+        match (self, own) {
+            (Peak::Unknown, Some(bytes)) => Peak::Own(bytes),
+            (known, _) => known,
+        }
+    }
+
+    /// In bytes.
+    pub fn bytes(self) -> Option<u64> {
+        match self {
+            Peak::Kernel(bytes) | Peak::Own(bytes) => Some(bytes),
+            Peak::Unknown => None,
+        }
+    }
+}
+
+/// A process that ran to its end.
+pub struct Ran {
+    /// Wall time.
+    pub seconds: f64,
+    /// Peak resident memory.
+    pub peak: Peak,
+    /// Its exit code and what it said.
+    pub output: Output,
+}
+
+impl Ran {
+    /// Runs `program` with what `arguments` adds; GNU time's figures go to `scratch`.
+    pub fn new(
+        scratch: &Path,
+        program: &Path,
+        arguments: impl FnOnce(&mut Command),
+    ) -> Result<Ran> {
+        let time = scratch.join("time.txt");
+        let timed = has_gnu_time(&time);
+        if time.exists() {
+            fs::remove_file(&time).map_err(at(&time))?;
         }
         let mut command = if timed {
             let mut command = Command::new(TIME);
-            command.arg("-v").arg("-o").arg(&time).arg(self.binary);
+            command.arg("-v").arg("-o").arg(&time).arg(program);
             command
         } else {
-            Command::new(self.binary)
+            Command::new(program)
         };
-        command
-            .arg("build")
-            .arg(self.v)
-            .arg("--positions")
-            .arg(self.g)
-            .arg("-o")
-            .arg(self.out);
-        command
-            .args(["--memory", self.memory, "--progress", "none", "--threads"])
-            .arg(self.threads.to_string())
-            .arg(format!("--json={}", json.display()))
-            .env("LC_ALL", "C")
-            .stdin(Stdio::null())
-            .stdout(Stdio::null());
+        arguments(&mut command);
+        command.env("LC_ALL", "C").stdin(Stdio::null());
         let start = Instant::now();
-        let done = command.output()?;
-        let wall = start.elapsed().as_secs_f64();
-        if !done.status.success() {
-            let said = String::from_utf8_lossy(&done.stderr);
-            return Err(format!("build ended with {}: {said}", done.status).into());
-        }
-        let report = read_report(&json);
-        let passes = passes(&report);
-        let apart = passes.iter().filter(|p| APART.contains(&p.name.as_str()));
-        let sync = (!passes.is_empty()).then(|| apart.map(|p| p.seconds).sum());
-        Ok(Built {
-            seconds: wall - sync.unwrap_or(0.0),
-            sync,
-            peak: peak(timed.then_some(&time), &report),
-            passes,
+        let output = command.output().map_err(at(program))?;
+        let seconds = start.elapsed().as_secs_f64();
+        let peak = max_resident(&time).filter(|_| timed);
+        Ok(Ran {
+            seconds,
+            peak: peak.map_or(Peak::Unknown, Peak::Kernel),
+            output,
         })
+    }
+
+    /// Refuses any exit code but 0.
+    pub fn succeeded(&self, what: &str) -> Result<()> {
+        let status = self.output.status;
+        if status.success() {
+            return Ok(());
+        }
+        let said = String::from_utf8_lossy(&self.output.stderr);
+        Err(format!("{what} ended with {status}: {}", said.trim()).into())
     }
 }
 
@@ -149,29 +221,5 @@ fn read_report(path: &Path) -> Value {
     match report.get_mut("build") {
         Some(build) => build.take(),
         None => report,
-    }
-}
-
-fn passes(report: &Value) -> Vec<Pass> {
-    let pass = |p: &Value| {
-        Some(Pass {
-            name: p["name"].as_str()?.to_owned(),
-            seconds: p["seconds"].as_f64()?,
-            read: p["read"].as_u64().unwrap_or(0),
-            written: p["written"].as_u64().unwrap_or(0),
-        })
-    };
-    let passes = report["passes"].as_array();
-    passes.into_iter().flatten().filter_map(pass).collect()
-}
-
-fn peak(time: Option<&std::path::PathBuf>, report: &Value) -> Peak {
-    match (
-        time.and_then(|t| max_resident(t)),
-        report["peak_resident"].as_u64(),
-    ) {
-        (Some(bytes), _) => Peak::Kernel(bytes),
-        (None, Some(bytes)) => Peak::Own(bytes),
-        (None, None) => Peak::Unknown,
     }
 }

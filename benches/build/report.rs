@@ -1,234 +1,89 @@
-//! What the bench found, as a Markdown table and as JSON.
+//! What the bench found, as a Markdown page and as JSON, and the file where it is kept.
 
-use crate::floor::Floor;
+use crate::cases::{self, Case};
 use crate::machine::{Figures, commit, date};
-use crate::process::{Built, Peak};
+use crate::process::Peak;
+use crate::row::{Row, Spread};
 use crate::{Result, at};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Floor and build, one after the other.
-pub struct Round {
-    /// The floor on one thread.
-    pub one: Floor,
-    /// The floor on as many threads as the build.
-    pub all: Floor,
-    /// The build.
-    pub built: Built,
-}
-
-/// All rounds on one mesh.
-pub struct Case {
-    /// The size that was asked for.
-    pub size: String,
-    /// Triangles of the mesh.
-    pub triangles: u64,
-    /// Bytes of V and G.
-    pub input: u64,
-    /// Bytes of the finished folder.
-    pub output: u64,
-    /// The rounds, in order.
-    pub rounds: Vec<Round>,
-}
-
-/// Median, least and most.
-#[derive(Clone, Copy)]
-struct Spread([f64; 3]);
-
-impl Spread {
-    fn of(mut values: Vec<f64>) -> Spread {
-        values.sort_by(f64::total_cmp);
-        let n = values.len();
-        let median = (values[(n - 1) / 2] + values[n / 2]) / 2.0;
-        Spread([median, values[0], values[n - 1]])
-    }
-
-    fn text(self, digits: usize) -> String {
-        let [median, min, max] = self.0;
-        format!("{median:.digits$} ({min:.digits$} to {max:.digits$})")
-    }
-
-    fn json(self) -> Value {
-        let [median, min, max] = self.0;
-        json!({ "median": median, "min": min, "max": max })
-    }
-}
-
-impl Case {
-    fn spread(&self, of: impl Fn(&Round) -> f64) -> Spread {
-        Spread::of(self.rounds.iter().map(of).collect())
-    }
-
-    /// Million triangles a second, the final sync apart.
-    fn rate(&self) -> Spread {
-        self.spread(|r| self.triangles as f64 / 1e6 / r.built.seconds)
-    }
-
-    /// Seconds of the build in those of the floor of its round, on one thread and on all.
-    fn ratios(&self) -> [Spread; 2] {
-        [
-            self.spread(|r| r.built.seconds / r.one.seconds),
-            self.spread(|r| r.built.seconds / r.all.seconds),
-        ]
-    }
-
-    /// The highest peak of all rounds.
-    fn peak(&self) -> Peak {
-        let bytes = |peak| match peak {
-            Peak::Kernel(bytes) | Peak::Own(bytes) => bytes,
-            Peak::Unknown => 0,
-        };
-        let peaks = self.rounds.iter().map(|r| r.built.peak);
-        peaks.max_by_key(|&p| bytes(p)).unwrap_or(Peak::Unknown)
-    }
-
-    fn sync(&self) -> Option<Spread> {
-        let known: Option<Vec<f64>> = self.rounds.iter().map(|r| r.built.sync).collect();
-        known.map(Spread::of)
-    }
-
-    /// The round in which the build took the median time, or the next longer one.
-    fn middle(&self) -> &Round {
-        let mut rounds: Vec<_> = self.rounds.iter().collect();
-        rounds.sort_by(|a, b| a.built.seconds.total_cmp(&b.built.seconds));
-        rounds[rounds.len() / 2]
-    }
-
-    fn row(&self, to: &mut String) {
-        let peak = match self.peak() {
-            Peak::Kernel(bytes) => mib(bytes),
-            Peak::Own(bytes) => format!("{} (its own word)", mib(bytes)),
-            Peak::Unknown => "unknown".into(),
-        };
-        let [one, all] = self.ratios();
-        let cells = [
-            self.triangles.to_string(),
-            self.rate().text(1),
-            self.spread(|r| r.built.seconds).text(2),
-            one.text(2),
-            all.text(2),
-            peak,
-            self.sync()
-                .map_or("not told apart".into(), |sync| sync.text(2)),
-            self.spread(|r| r.one.seconds).text(2),
-            self.spread(|r| r.all.seconds).text(2),
-            self.spread(|r| r.one.sync).text(2),
-        ];
-        line(to, &cells);
-    }
-
-    fn passes(&self, to: &mut String) {
-        let built = &self.middle().built;
-        if built.passes.is_empty() {
-            return;
-        }
-        let _ = write!(to, "\n## {}: the passes of the middle round\n\n", self.size);
-        let _ = writeln!(
-            to,
-            "Input {}, output {} MiB.\n",
-            mib(self.input),
-            mib(self.output)
-        );
-        head(to, &["pass", "seconds", "read, MiB", "written, MiB"]);
-        for p in &built.passes {
-            let seconds = format!("{:.3}", p.seconds);
-            line(to, &[p.name.clone(), seconds, mib(p.read), mib(p.written)]);
-        }
-    }
-
-    fn json(&self) -> Value {
-        let [one, all] = self.ratios();
-        let (peak, source) = match self.peak() {
-            Peak::Kernel(bytes) => (Some(bytes), "kernel"),
-            Peak::Own(bytes) => (Some(bytes), "report"),
-            Peak::Unknown => (None, "unknown"),
-        };
-        let rounds = self.rounds.iter().map(|r| {
-            let passes = r.built.passes.iter().map(|p| {
-                json!({ "name": p.name, "seconds": p.seconds, "read": p.read, "written": p.written })
-            });
-            json!({
-                "floor_one_thread": { "seconds": r.one.seconds, "sync": r.one.sync },
-                "floor_all_threads": { "seconds": r.all.seconds, "sync": r.all.sync },
-                "build": {
-                    "seconds": r.built.seconds,
-                    "sync": r.built.sync,
-                    "passes": passes.collect::<Vec<_>>(),
-                },
-            })
-        });
-        json!({
-            "size": self.size,
-            "triangles": self.triangles,
-            "input_bytes": self.input,
-            "output_bytes": self.output,
-            "million_triangles_a_second": self.rate().json(),
-            "ratio_to_floor_one_thread": one.json(),
-            "ratio_to_floor_all_threads": all.json(),
-            "peak_resident_bytes": peak,
-            "peak_resident_source": source,
-            "rounds": rounds.collect::<Vec<_>>(),
-        })
-    }
-}
-
-/// Everything that one run of the bench found.
+/// Everything that was found on one day on one machine at one commit.
 pub struct Report {
     figures: Figures,
-    memory: String,
-    threads: usize,
-    /// One for each size.
-    pub cases: Vec<Case>,
+    date: String,
+    commit: String,
+    cases: Vec<Case>,
+    judged: bool,
+    rows: Vec<Row>,
 }
 
 impl Report {
-    /// A report without cases.
-    pub fn new(figures: Figures, memory: &str, threads: usize) -> Report {
-        Report {
+    /// A report without rows; bars are for rows of the size that they name, which `judged` says.
+    pub fn new(figures: Figures, judged: bool) -> Result<Report> {
+        Ok(Report {
             figures,
-            memory: memory.to_owned(),
-            threads,
-            cases: Vec::new(),
+            date: date()?,
+            commit: commit().unwrap_or("unknown".into()),
+            cases: cases::all(),
+            judged,
+            rows: Vec::new(),
+        })
+    }
+
+    /// Takes over the rows that an earlier run of this day, machine and commit has saved.
+    pub fn resume(&mut self) {
+        let text = fs::read(self.path("build.json")).unwrap_or_default();
+        let saved: Value = serde_json::from_slice(&text).unwrap_or_default();
+        // Saved results themselves make the tree differ from the commit.
+        let bare = |commit: &str| commit.trim_end_matches("-dirty").to_owned();
+        if saved["commit"].as_str().map(bare) == Some(bare(&self.commit)) {
+            self.rows = serde_json::from_value(saved["rows"].clone()).unwrap_or_default();
         }
+    }
+
+    /// Adds a row, or puts it in the place of the one that has its name.
+    pub fn add(&mut self, row: Row) {
+        self.rows.retain(|other| other.name != row.name);
+        self.rows.push(row);
+        let place = |row: &Row| self.cases.iter().position(|case| case.name == row.name);
+        self.rows.sort_by_key(place);
     }
 
     /// The report as a page.
     pub fn markdown(&self) -> String {
-        let (f, n) = (&self.figures, self.threads);
+        let f = &self.figures;
         let mut text = format!(
-            "# `build` on coherent triangles: {}, {} cores\n\n\
-             Commit {}. `cornermill build` of a displaced sphere, V and G as .npy in the page cache, \
-             with `--memory {} --threads {n}`; rounds of floor and build by turns: {}; median (least to most). \
-             Seconds are without the final sync.\n\n",
-            f.cpu,
-            f.cores,
-            commit().unwrap_or("unknown".into()),
-            self.memory,
-            self.cases.first().map_or(0, |c| c.rounds.len()),
-        );
-        let (all, floor) = (
-            format!("x floor, {n} threads"),
-            format!("floor s, {n} threads"),
+            "# `build`, row by row: {}, {} cores\n\n\
+             {}, commit {}. Meshes of data-gen in the page cache; floor (reading the same input and writing \
+             the same output) and build by turns; median (least to most). Seconds are without the final \
+             sync; peaks are the highest of all rounds, file-backed pages included; bytes are those of \
+             the middle round, scratch included.\n\n",
+            f.cpu, f.cores, self.date, self.commit,
         );
         head(
             &mut text,
             &[
-                "triangles",
+                "row",
+                "mesh",
+                "`--memory`",
                 "Mtri/s",
-                "seconds",
                 "x floor, 1 thread",
-                &all,
+                "x floor, all threads",
                 "peak resident MiB",
+                "scratch MiB",
+                "read MiB",
+                "written MiB",
+                "seconds",
                 "sync s",
-                "floor s, 1 thread",
-                &floor,
-                "floor's sync s",
+                "bars",
             ],
         );
-        self.cases.iter().for_each(|c| c.row(&mut text));
-        self.cases.iter().for_each(|c| c.passes(&mut text));
+        self.rows.iter().for_each(|row| self.line(row, &mut text));
+        self.beside_scipy(&mut text);
+        self.rows.iter().for_each(|row| self.passes(row, &mut text));
         text.push_str("\n## The machine\n\n");
         head(&mut text, &["figure", "GB/s"]);
         for (name, rate) in self.rates() {
@@ -238,14 +93,144 @@ impl Report {
         text
     }
 
+    fn case(&self, row: &Row) -> Option<&Case> {
+        self.cases.iter().find(|case| case.name == row.name)
+    }
+
+    fn verdicts(&self, row: &Row) -> Vec<String> {
+        let case = self.case(row).filter(|_| self.judged);
+        case.map_or(Vec::new(), |case| row.verdicts(&case.bars, &self.rows))
+    }
+
+    fn line(&self, row: &Row, to: &mut String) {
+        let verdicts = self.verdicts(row).join("; ");
+        let (name, mesh, memory) = (row.name.clone(), row.mesh.clone(), row.memory.clone());
+        let Some(middle) = row.middle() else {
+            let said = row.refused.as_deref().unwrap_or("no round");
+            let mut cells = vec![name, mesh, memory, said.replace('|', "/")];
+            cells.resize(12, String::new());
+            cells.push(verdicts);
+            return line(to, &cells);
+        };
+        let peak = match row.peak() {
+            Peak::Kernel(bytes) => mib(bytes),
+            Peak::Own(bytes) => format!("{} (its own word)", mib(bytes)),
+            Peak::Unknown => "unknown".into(),
+        };
+        let text = |spread: Option<Spread>, digits| {
+            spread.map_or("unknown".into(), |spread| spread.text(digits))
+        };
+        let [one, all] = row.ratios();
+        let passes = &middle.build.passes;
+        let cells = [
+            name,
+            mesh,
+            memory,
+            text(row.rate(), 1),
+            text(one, 2),
+            text(all, 2),
+            peak,
+            mib(middle.build.scratch),
+            mib(passes.iter().map(|p| p.read).sum()),
+            mib(passes.iter().map(|p| p.written).sum()),
+            text(row.spread(|r| r.build.seconds), 2),
+            text(row.sync(), 2),
+            verdicts,
+        ];
+        line(to, &cells);
+    }
+
+    /// The rows on which NumPy and SciPy took turns with the build.
+    fn beside_scipy(&self, to: &mut String) {
+        let all = |row: &Row| row.rounds.iter().all(|r| r.in_memory.is_some());
+        let rows: Vec<&Row> = self.rows.iter().filter(|row| all(row)).collect();
+        let mut table = String::new();
+        for row in rows {
+            let figures = || {
+                row.rounds
+                    .iter()
+                    .filter_map(|r| Some((r, r.in_memory.as_ref()?)))
+            };
+            let spread = |of: fn(f64, f64) -> f64| {
+                Spread::of(
+                    figures()
+                        .map(|(r, m)| of(m.seconds, r.build.seconds))
+                        .collect(),
+                )
+            };
+            let loading = Spread::of(figures().map(|(_, m)| m.loading).collect());
+            let peak = figures().map(|(_, m)| m.peak).max().and_then(Peak::bytes);
+            let (Some(seconds), Some(times), Some(loading)) = (
+                spread(|own, _| own),
+                spread(|own, build| own / build),
+                loading,
+            ) else {
+                continue;
+            };
+            let cells = [
+                row.name.clone(),
+                row.mesh.clone(),
+                format!("{:.2}", row.triangles as f64 / 1e6 / seconds.median()),
+                seconds.text(2),
+                loading.text(2),
+                peak.map_or("unknown".into(), mib),
+                times.text(1),
+                row.peak().bytes().map_or("unknown".into(), mib),
+            ];
+            line(&mut table, &cells);
+        }
+        if table.is_empty() {
+            return;
+        }
+        to.push_str(
+            "\n## NumPy and SciPy in memory on the same mesh\n\n\
+             `in_memory.py` by turns with the build; it sorts edges and searches the graph, and writes nothing. \
+             Its seconds are without loading.\n\n",
+        );
+        head(
+            to,
+            &[
+                "row",
+                "mesh",
+                "its Mtri/s",
+                "its seconds",
+                "its loading s",
+                "its peak MiB",
+                "its seconds in those of the build",
+                "peak MiB of the build",
+            ],
+        );
+        to.push_str(&table);
+    }
+
+    /// The passes of a row that is held to a rate.
+    fn passes(&self, row: &Row, to: &mut String) {
+        let bars = self.case(row).is_some_and(|case| case.bars.rate.is_some());
+        let Some(middle) = row.middle().filter(|r| bars && !r.build.passes.is_empty()) else {
+            return;
+        };
+        let (input, output) = (mib(row.input), mib(row.output));
+        let _ = write!(
+            to,
+            "\n## {}: the passes of the middle round\n\nInput {input}, output {output} MiB; the floor took {:.2} s \
+             on one thread, {:.2} s on all, and {:.2} s to sync.\n\n",
+            row.name,
+            middle.floor_one_thread.seconds,
+            middle.floor_all_threads.seconds,
+            middle.floor_one_thread.sync,
+        );
+        head(to, &["pass", "seconds", "read, MiB", "written, MiB"]);
+        for p in &middle.build.passes {
+            let seconds = format!("{:.3}", p.seconds);
+            line(to, &[p.name.clone(), seconds, mib(p.read), mib(p.written)]);
+        }
+    }
+
     fn rates(&self) -> [(String, Option<f64>); 6] {
         let f = &self.figures;
         [
             ("memory copy, 1 thread".into(), Some(f.copy_one)),
-            (
-                format!("memory copy, {} threads", self.threads),
-                Some(f.copy_all),
-            ),
+            ("memory copy, all threads".into(), Some(f.copy_all)),
             ("sequential write, page cache".into(), Some(f.write_cache)),
             ("sequential write, synced".into(), Some(f.write_disk)),
             ("sequential read, page cache".into(), Some(f.read_cache)),
@@ -253,16 +238,15 @@ impl Report {
         ]
     }
 
-    fn json(&self, date: &str) -> Value {
+    fn json(&self) -> Value {
         let f = &self.figures;
+        let rows = self.rows.iter().map(|row| row.json(&self.verdicts(row)));
         json!({
             "bench": "build",
-            "date": date,
-            "commit": commit(),
+            "date": self.date,
+            "commit": self.commit,
             "cpu": f.cpu,
             "cores": f.cores,
-            "memory": self.memory,
-            "threads": self.threads,
             "bytes_a_second": {
                 "copy_one_thread": f.copy_one,
                 "copy_all_threads": f.copy_all,
@@ -271,21 +255,25 @@ impl Report {
                 "read_page_cache": f.read_cache,
                 "read_direct": f.read_disk,
             },
-            "cases": self.cases.iter().map(Case::json).collect::<Vec<_>>(),
+            "rows": rows.collect::<Vec<_>>(),
         })
+    }
+
+    /// The place of a file among the results of this day and machine.
+    fn path(&self, name: &str) -> PathBuf {
+        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/results");
+        dir.join(format!("{}-{}", self.date, self.figures.slug()))
+            .join(name)
     }
 
     /// Writes both forms to the results of this day and machine.
     pub fn save(&self) -> Result<()> {
-        let date = date()?;
-        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/results");
-        let dir = dir.join(format!("{date}-{}", self.figures.slug()));
-        fs::create_dir_all(&dir).map_err(at(&dir))?;
-        let json = format!("{:#}\n", self.json(&date));
+        let json = format!("{:#}\n", self.json());
         for (name, text) in [("build.md", self.markdown()), ("build.json", json)] {
-            let path = dir.join(name);
+            let path = self.path(name);
+            let dir = path.parent().unwrap_or(&path);
+            fs::create_dir_all(dir).map_err(at(dir))?;
             fs::write(&path, text).map_err(at(&path))?;
-            eprintln!("wrote {}", path.display());
         }
         Ok(())
     }
@@ -298,8 +286,11 @@ fn mib(bytes: u64) -> String {
 /// The first row of a table; columns of figures are flush right.
 fn head(to: &mut String, names: &[&str]) {
     line(to, names);
-    let rule = |i| if i == 0 { "---" } else { "---:" };
-    let rules: Vec<_> = (0..names.len()).map(rule).collect();
+    let rule = |name: &&str| match *name {
+        "row" | "mesh" | "bars" | "pass" | "figure" => "---",
+        _ => "---:",
+    };
+    let rules: Vec<_> = names.iter().map(rule).collect();
     line(to, &rules);
 }
 
