@@ -29,6 +29,7 @@ pub mod whole;
 
 mod builder;
 mod by_cells;
+mod first_read;
 mod in_order;
 mod load;
 mod pipeline;

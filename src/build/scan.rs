@@ -11,7 +11,8 @@
 //! I/O: V read once (once more when N is not stated; once for each range when hashed).
 
 use super::Job;
-use super::arrays::{TriangleReader, bad_index};
+use super::arrays::TriangleReader;
+use super::first_read::{first_read, seen};
 use crate::chunk::ids::LocalIds;
 use crate::corner::Index;
 use crate::disk::{Lease, Workspace};
@@ -164,10 +165,10 @@ pub fn scan<I: Index>(job: &Job) -> Result<(Seams, u64)> {
         |(reader, marker), chunk| {
             let (first, count) = job.chunk_range(chunk);
             let v = reader.read(first, count)?;
-            check(job, first, v)?;
+            first_read(job, first, v)?;
             marker.mark(v, &occurs, &seam);
             ws.progress.advance(count);
-            seen(job.mesh, first, count)
+            Ok(())
         },
         |_| Ok(()),
     )?;
@@ -177,28 +178,6 @@ pub fn scan<I: Index>(job: &Job) -> Result<(Seams, u64)> {
         count_by_ranges::<I>(job, &occurs)?
     };
     Ok((seam, shape.vertices - referenced))
-}
-
-/// These rows of V were read: lets the digest of the input take the blocks that are whole now.
-/// (When the ids were counted before, that was the first reading, and all were taken then.)
-fn seen(mesh: &Mesh, first: u64, count: u64) -> Result<()> {
-    let Some(sums) = mesh.sums.first() else {
-        return Ok(());
-    };
-    let row = 3 * mesh.v.kind.bytes();
-    sums.seen(mesh.v.source.data(), mesh.v.at + first * row, count * row)
-}
-
-fn check<I: Index>(job: &Job, first: u64, v: &[I]) -> Result<()> {
-    let n = job.shape.vertices;
-    // The maximum first: it runs at memory speed, and hardly ever needs the search.
-    if v.iter().max().is_some_and(|top| top.wide() >= n)
-        && let Some(at) = v.iter().position(|x| x.wide() >= n)
-    {
-        let found = format!("{} where the mesh has {n} vertices", v[at].wide());
-        return Err(bad_index(&job.mesh.v, 3 * first + at as u64, found));
-    }
-    Ok(())
 }
 
 fn ones(bits: &Seams) -> u64 {

@@ -10,7 +10,8 @@
 //! thread. I/O: V read once; 4 words a triangle written, 3 more for each edge that goes alone.
 
 use super::super::Job;
-use super::super::arrays::{TriangleReader, bad_index};
+use super::super::arrays::TriangleReader;
+use super::super::first_read::first_read;
 use super::map::CellMap;
 use super::records::{Dealt, Lone};
 use super::{CellPlan, Window};
@@ -86,7 +87,7 @@ pub fn deal<I: Index, W: Index>(
             let first = unit * plan.step;
             let count = plan.step.min(t - first);
             let v = reader.read(first, count)?;
-            check(job, first, v)?;
+            first_read(job, first, v)?;
             for (t, row) in (first..).zip(v.as_chunks::<3>().0) {
                 if !dealer.deal(t, row.map(Index::wide))? {
                     degenerate[windows.of(t)].fetch_add(1, Ordering::Relaxed);
@@ -107,19 +108,6 @@ pub fn deal<I: Index, W: Index>(
         degenerate: degenerate.into_iter().map(AtomicU64::into_inner).collect(),
         unreferenced: n - occurs.count(),
     })
-}
-
-/// Refuses an index that names no vertex.
-fn check<I: Index>(job: &Job, first: u64, v: &[I]) -> Result<()> {
-    let n = job.shape.vertices;
-    // The maximum first: it runs at memory speed, and hardly ever needs the search.
-    if v.iter().max().is_some_and(|top| top.wide() >= n)
-        && let Some(at) = v.iter().position(|x| x.wide() >= n)
-    {
-        let found = format!("{} where the mesh has {n} vertices", v[at].wide());
-        return Err(bad_index(&job.mesh.v, 3 * first + at as u64, found));
-    }
-    Ok(())
 }
 
 /// One thread's hands.
