@@ -33,6 +33,7 @@ pub struct ByteReader {
     source: Box<dyn Read>,
     path: PathBuf,
     length: Option<u64>,
+    regular: bool,
     buf: Vec<u8>,
     start: usize,
     end: usize,
@@ -56,7 +57,9 @@ impl ByteReader {
             .metadata()
             .map_err(|e| Error::io(path, "ask its length", e))?;
         let length = meta.is_file().then_some(meta.len());
-        ByteReader::new(ws, Box::new(file), path.to_owned(), length)
+        let mut reader = ByteReader::new(ws, Box::new(file), path.to_owned(), length)?;
+        reader.regular = length.is_some();
+        Ok(reader)
     }
 
     /// Reads standard input.
@@ -83,6 +86,7 @@ impl ByteReader {
             source,
             path,
             length,
+            regular: false,
             buf: vec![0; bytes],
             start: 0,
             end: 0,
@@ -103,6 +107,16 @@ impl ByteReader {
     /// Length of the input in bytes when it is known beforehand.
     pub fn length(&self) -> Option<u64> {
         self.length
+    }
+
+    /// True for a file that can be opened again by its name, and read from any byte.
+    pub fn regular(&self) -> bool {
+        self.regular
+    }
+
+    /// Bytes that were read from the input, consumed or not.
+    pub fn read_so_far(&self) -> u64 {
+        self.offset + (self.end - self.start) as u64
     }
 
     /// Byte of the input that comes next.
@@ -228,7 +242,7 @@ impl ByteReader {
 
     /// The error of an input that ends where it must not.
     pub fn cut_short(&self, expected: impl Into<String>) -> Error {
-        let at = self.offset + (self.end - self.start) as u64;
+        let at = self.read_so_far();
         Error::input(
             &self.path,
             format!("byte {at}"),

@@ -22,7 +22,7 @@
 
 use super::reader::{ByteReader, PEEK};
 use super::text::{BadNumber, Dialect, Lexer, parse_f4, shown};
-use super::weld::{Bits, Soup, soup};
+use super::weld::{Bits, Expected, Soup, soup};
 use super::{CoordKind, Mesh, Request};
 use crate::disk::Workspace;
 use crate::error::{Error, Result};
@@ -34,6 +34,8 @@ const HEAD: u64 = 84;
 const FACET: usize = 50;
 /// Bytes of a facet of a text, about: for planning only.
 const TEXT_FACET: u64 = 200;
+/// Bytes of a facet of a text, at least: its words and nine digits, each with a blank.
+const LEAST_TEXT_FACET: u64 = 73;
 /// Facets that are planned for when nothing is known.
 const UNKNOWN: u64 = 1 << 24;
 
@@ -73,10 +75,16 @@ fn read_as<B: Bits>(
     form: Form,
     facets: u64,
 ) -> Result<Mesh> {
-    let (digest, v, g) = soup::<B, _>(ws, request, facets, |soup| match form {
-        Form::Binary => binary(reader, facets, soup),
-        Form::Text => text(reader, soup),
-    })?;
+    let regular = reader.regular();
+    let (digest, (v, g)) = match form {
+        Form::Binary if regular => facets::read::<B>(ws, reader, request, facets)?,
+        Form::Binary => soup::<B, _>(ws, request, exactly(facets), |soup| {
+            binary(reader, facets, soup)
+        })?,
+        Form::Text => soup::<B, _>(ws, request, about(&reader, facets), |soup| {
+            text(reader, soup)
+        })?,
+    };
     Ok(Mesh {
         v,
         vertices: Some(g.vertices),
@@ -89,6 +97,21 @@ fn read_as<B: Bits>(
         },
         sums: Vec::new(),
     })
+}
+
+fn exactly(facets: u64) -> Expected {
+    Expected {
+        triangles: facets,
+        most: Some(facets),
+    }
+}
+
+/// A text says nothing of its facets, but each takes some bytes.
+fn about(reader: &ByteReader, facets: u64) -> Expected {
+    Expected {
+        triangles: facets,
+        most: reader.length().map(|n| n / LEAST_TEXT_FACET),
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -193,7 +216,7 @@ fn wrong_length(reader: &ByteReader, count: u64, found: u64) -> Error {
 fn binary<B: Bits>(
     mut reader: ByteReader,
     facets: u64,
-    soup: &mut Soup<'_, '_, B>,
+    soup: &mut dyn Soup<B>,
 ) -> Result<InputDigest> {
     reader.skip(HEAD)?;
     let mut left = facets;
@@ -208,7 +231,7 @@ fn binary<B: Bits>(
         let mut taken = 0;
         let whole = reader.buffered().chunks_exact(FACET);
         for facet in whole.take(usize::try_from(left).unwrap_or(usize::MAX)) {
-            soup.triangle(corners(facet))?;
+            soup.corners(&corners(facet))?;
             taken += 1;
         }
         reader.consume(taken * FACET);
@@ -236,7 +259,7 @@ fn corners<B: Bits>(facet: &[u8]) -> [[B; 3]; 3] {
     [12, 24, 36].map(|at| [bits(at), bits(at + 4), bits(at + 8)])
 }
 
-fn text<B: Bits>(mut reader: ByteReader, soup: &mut Soup<'_, '_, B>) -> Result<InputDigest> {
+fn text<B: Bits>(mut reader: ByteReader, soup: &mut dyn Soup<B>) -> Result<InputDigest> {
     if reader.peek(3)? == b"\xef\xbb\xbf" {
         reader.consume(3);
     }
@@ -246,7 +269,7 @@ fn text<B: Bits>(mut reader: ByteReader, soup: &mut Soup<'_, '_, B>) -> Result<I
         // The rest of the line is the name, which may hold anything.
         lexer.next_line()?;
         while facet_follows(&mut lexer)? {
-            soup.triangle(facet(&mut lexer)?)?;
+            soup.corners(&facet(&mut lexer)?)?;
         }
         lexer.next_line()?;
     }
@@ -344,6 +367,8 @@ fn coordinate(lexer: &mut Lexer) -> Result<u32> {
     }
 }
 
+#[path = "stl_facets.rs"]
+mod facets;
 #[cfg(test)]
 #[path = "stl_tests.rs"]
 mod tests;

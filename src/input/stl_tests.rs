@@ -1,38 +1,77 @@
 //! STL files made by hand, each named by its hazard.
 
 use super::*;
+use crate::folder::{BLOCK, digest_of_blocks};
 use crate::input::testing::{Dripping, bits, request, triangles, workspace};
 use std::io::Cursor;
+use std::path::Path;
 
 /// V and the bits of G, or the message.
 type Found = Result<(Vec<[u64; 3]>, Vec<u64>), String>;
 
 /// Reads from a file (whose length is known) or a stream (whose length is not).
 fn read_from(data: &[u8], known: bool, coords: Option<CoordKind>) -> Found {
-    let dir = tempfile::tempdir().unwrap();
-    let ws = workspace(dir.path(), 1 << 20);
-    let mut request = request(dir.path(), dir.path());
-    request.coords = coords;
     // A stream comes in pieces that no facet or word fits.
     let step = if known { usize::MAX } else { 13 };
     let source = Box::new(Dripping(Cursor::new(data.to_vec()), step));
     let length = known.then_some(data.len() as u64);
-    let reader = ByteReader::new(&ws, source, "test.stl".into(), length).unwrap();
+    let open = |ws: &Workspace, _: &Path| ByteReader::new(ws, source, "test.stl".into(), length);
+    read_by(data, coords, 1 << 20, open)
+}
+
+/// Reads from a regular file, which all threads take.
+fn read_file(data: &[u8], coords: Option<CoordKind>, memory: u64) -> Found {
+    read_by(data, coords, memory, |ws, dir| {
+        let path = dir.join("test.stl");
+        std::fs::write(&path, data).unwrap();
+        let reader = ByteReader::open(ws, &path).unwrap();
+        assert!(reader.regular());
+        Ok(reader)
+    })
+}
+
+fn read_by(
+    data: &[u8],
+    coords: Option<CoordKind>,
+    memory: u64,
+    open: impl FnOnce(&Workspace, &Path) -> Result<ByteReader>,
+) -> Found {
+    let dir = tempfile::tempdir().unwrap();
+    let ws = workspace(dir.path(), memory);
+    let mut request = request(dir.path(), dir.path());
+    request.coords = coords;
+    let reader = open(&ws, dir.path()).unwrap();
     let found = read(&ws, reader, &request).map_err(|e| e.to_string());
     let found = found.map(|mesh| {
         assert!(mesh.welded && mesh.entry.format == "stl");
-        assert_eq!(mesh.entry.files[0].bytes, data.len() as u64);
+        assert_eq!(mesh.entry.files, [digest(data)]);
         (triangles(&mesh), bits(&mesh))
     });
     assert_eq!((ws.budget.used(), ws.scratch.used()), (0, 0));
     found
 }
 
-/// As [`read_from`], both ways, which must agree.
+/// The digest of the input, block by block.
+fn digest(data: &[u8]) -> InputDigest {
+    let blocks = data.chunks(BLOCK as usize);
+    let sums: Vec<u64> = blocks.map(xxhash_rust::xxh3::xxh3_64).collect();
+    InputDigest {
+        bytes: data.len() as u64,
+        xxh3: format!("{:016x}", digest_of_blocks(&sums)),
+    }
+}
+
+/// As [`read_from`], both ways, and from a file, which must agree.
 fn read_both(data: &[u8]) -> Found {
     let known = read_from(data, true, None);
     let stream = read_from(data, false, None);
     assert_eq!(known.is_ok(), stream.is_ok());
+    let file = read_file(data, None, 1 << 20);
+    let name = |e: &String| e.rsplit_once("test.stl").map(|(_, what)| what.to_owned());
+    match (&known, &file) {
+        (Err(one), Err(other)) => assert_eq!(name(one), name(other)),
+        _ => assert_eq!(known, file),
+    }
     if known.is_ok() {
         assert_eq!(known, stream);
     }
@@ -302,6 +341,52 @@ fn flipped_bytes_never_panic() {
             }
         }
     }
+}
+
+/// A strip: facet t has the points t, t + 1 and t + 2.
+fn strip(facets: u64) -> Vec<u8> {
+    let point = |i: u64| [i as f32, (i % 2) as f32, 0.0];
+    let facet = |t: u64| [point(t), point(t + 1), point(t + 2)];
+    binary_of(b"strip", &(0..facets).map(facet).collect::<Vec<_>>())
+}
+
+fn strip_read(facets: u64) -> (Vec<[u64; 3]>, Vec<u64>) {
+    let point = |i: u64| [i as f32, (i % 2) as f32, 0.0].map(|c| u64::from(c.to_bits()));
+    let triangles = (0..facets).map(|t| [t, t + 1, t + 2]).collect();
+    (triangles, (0..facets + 2).flat_map(point).collect())
+}
+
+#[test]
+fn facets_across_pieces_of_a_file() {
+    // Buffers of 4 KiB and more, whose ends fall on every byte of a facet.
+    for (facets, memory) in [(81, 600 << 10), (5000, 600 << 10), (20_000, 64 << 20)] {
+        let data = strip(facets);
+        let found = read_file(&data, None, memory).unwrap();
+        assert!(found == strip_read(facets), "{facets}");
+        assert!(read_from(&data, false, None).unwrap() == found);
+    }
+}
+
+#[test]
+fn facets_across_blocks_of_a_file() {
+    // A little more than two blocks of the digest, each read by a thread.
+    let facets = 2 * BLOCK / FACET as u64 + 3;
+    let found = read_file(&strip(facets), None, 64 << 20).unwrap();
+    assert!(found == strip_read(facets));
+}
+
+#[test]
+fn a_file_that_shrinks_is_an_error() {
+    let data = strip(40);
+    let found = read_by(&data, None, 1 << 20, |ws, dir| {
+        let path = dir.join("test.stl");
+        std::fs::write(&path, &data).unwrap();
+        let reader = ByteReader::open(ws, &path)?;
+        std::fs::write(&path, &data[..1900]).unwrap();
+        Ok(reader)
+    });
+    let message = found.unwrap_err();
+    assert!(message.contains("test.stl"), "{message}");
 }
 
 #[test]

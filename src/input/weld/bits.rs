@@ -6,6 +6,7 @@
 //!
 //! Memory: none. I/O: none.
 
+use crate::corner::Index;
 use crate::input::{CoordKind, Endian};
 use crate::shuffle::Record;
 use bytemuck::{Pod, Zeroable};
@@ -22,6 +23,8 @@ pub trait Bits: Pod + Copy + Eq + Send + Sync + std::fmt::Debug + 'static {
     fn from_f8(bits: u64) -> Option<Self>;
     /// The bits that stand for the value: those of +0 for both zeros.
     fn value(self) -> Self;
+    /// True when two coordinates are equal, the zeros too.
+    fn equals(self, other: Self) -> bool;
     /// Word `i` of a position, for sorting; equal for equal positions only, taken together.
     fn word(at: [Self; 3], i: usize) -> u64;
 }
@@ -42,6 +45,10 @@ impl Bits for u32 {
     #[inline]
     fn value(self) -> u32 {
         if self << 1 == 0 { 0 } else { self }
+    }
+    #[inline]
+    fn equals(self, other: u32) -> bool {
+        (self == other) | ((self | other) << 1 == 0)
     }
     #[inline]
     fn word(at: [u32; 3], i: usize) -> u64 {
@@ -66,6 +73,10 @@ impl Bits for u64 {
         if self << 1 == 0 { 0 } else { self }
     }
     #[inline]
+    fn equals(self, other: u64) -> bool {
+        (self == other) | ((self | other) << 1 == 0)
+    }
+    #[inline]
     fn word(at: [u64; 3], i: usize) -> u64 {
         at[i].value()
     }
@@ -74,7 +85,7 @@ impl Bits for u64 {
 /// True when two positions are equal.
 #[inline]
 pub fn same<B: Bits>(a: [B; 3], b: [B; 3]) -> bool {
-    a == b || a.map(B::value) == b.map(B::value)
+    a[0].equals(b[0]) & a[1].equals(b[1]) & a[2].equals(b[2])
 }
 
 /// Mixes two words; every bit of both reaches every bit of the result.
@@ -145,21 +156,21 @@ pub fn unsigned(bytes: &[u8], endian: Endian) -> u64 {
     }
 }
 
-/// A distinct position of a block, with its rank: the blocks' distinct positions are ranked
-/// one after another in order of first use. Sorted by hash, then position, then rank.
+/// A position with the corner that uses it, its rank. In buckets by hash; sorted by hash, then
+/// position, then rank.
 #[repr(C, packed)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-pub struct Place<B> {
+pub struct Place<B, R> {
     /// The position as it was first used in its block.
     pub at: [B; 3],
-    /// Its rank.
-    pub rank: u64,
+    /// The corner of that use.
+    pub rank: R,
 }
 
-/// One past the greatest hash in [`Place::key`].
+/// One past the greatest key of level 0 of a [`Place`].
 pub const HASHES: u64 = 1 << 63;
 
-impl<B: Bits> Record for Place<B> {
+impl<B: Bits, R: Index> Record for Place<B, R> {
     const LEVELS: usize = B::WORDS + 2;
     #[inline]
     fn key(&self, level: usize) -> u64 {
@@ -169,44 +180,44 @@ impl<B: Bits> Record for Place<B> {
         } else if level <= B::WORDS {
             B::word(at, level - 1)
         } else {
-            self.rank
+            { self.rank }.wide()
         }
     }
 }
 
-/// A position that is a first use, sorted by its rank, which no other has.
+/// A position with the corner of its first use, by which it is sorted.
 #[repr(C, packed)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-pub struct Ranked<B> {
+pub struct First<B, R> {
     /// The position.
     pub at: [B; 3],
-    /// Its rank.
-    pub rank: u64,
+    /// The corner, which no other has.
+    pub rank: R,
 }
 
-impl<B: Bits> Record for Ranked<B> {
+impl<B: Bits, R: Index> Record for First<B, R> {
     const LEVELS: usize = 1;
     #[inline]
     fn key(&self, _: usize) -> u64 {
-        self.rank
+        { self.rank }.wide()
     }
 }
 
-/// A value sent to where its key is; sorted by key, then value.
-#[repr(C)]
+/// A value sent to where its key is, by which alone it is sorted.
+#[repr(C, packed)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-pub struct Pair {
+pub struct Pair<R> {
     /// Where to.
-    pub key: u64,
+    pub key: R,
     /// What.
-    pub value: u64,
+    pub value: R,
 }
 
-impl Record for Pair {
-    const LEVELS: usize = 2;
+impl<R: Index> Record for Pair<R> {
+    const LEVELS: usize = 1;
     #[inline]
-    fn key(&self, level: usize) -> u64 {
-        if level == 0 { self.key } else { self.value }
+    fn key(&self, _: usize) -> u64 {
+        { self.key }.wide()
     }
 }
 

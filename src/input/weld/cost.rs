@@ -7,9 +7,17 @@
 //! Memory: none. I/O: none.
 
 use super::bits::{Pair, Place};
-use super::front::MOST_KEYS;
+use super::cut::Cut;
+use super::firsts::Held;
+use super::{Tuning, narrow};
 use crate::input::CoordKind;
 use crate::shuffle::tail;
+
+/// Threads that empty a shuffle at once, for what it still holds then.
+const READERS: u64 = 2;
+/// One of so many bytes that a shuffle held is not free again as soon as it was read: it lies on
+/// a page that two buckets share.
+const SHARED: u64 = 16;
 
 /// The sizes of a weld.
 #[derive(Clone, Copy, Debug)]
@@ -47,55 +55,73 @@ impl WeldSize {
     /// Predicts the cost.
     pub fn cost(&self) -> WeldCost {
         let corners = self.triangles.saturating_mul(3);
-        let place = match self.coords {
-            CoordKind::F4 => size_of::<Place<u32>>(),
-            CoordKind::F8 => size_of::<Place<u64>>(),
-        } as u64;
+        let [place, pair] = self.records();
         let vertices = self.vertices.min(corners);
-        let blocks = vertices.div_ceil(self.keys()).max(1);
-        let strip = 2 * vertices.isqrt();
-        let distinct = if self.worst {
-            corners
-        } else {
-            (vertices + blocks * strip).min(corners)
-        };
-        let locals = 4 * corners + 16 * blocks.max(distinct / self.keys());
+        let distinct = self.distinct(corners, vertices);
+        let backs = if self.worst { 0 } else { 4 * corners };
         let places = distinct * place;
         let firsts = vertices * place;
-        let others = (distinct - vertices) * size_of::<Pair>() as u64;
-        let ranks = if others > 0 { 8 * vertices } else { 0 };
-        let rest = |bytes| tail(bytes, 1, self.memory / 8);
-        let group = locals + places.max(firsts + others) + rest(places);
-        let resolve = locals + ranks + others + rest(others);
-        let wide = if self.wide { 8 * corners } else { 0 };
-        let numbers = locals + others + wide;
+        let others = (distinct - vertices) * pair;
+        let rest = |bytes| tail(bytes, READERS, self.memory / 8) + bytes / SHARED;
+        let counts = Held::bytes(corners);
+        // Ids are sent once more, and bits and counts filed, when these do not fit.
+        let [filed, resolved] = if counts <= self.memory / 4 {
+            [0, 0]
+        } else {
+            [counts, others]
+        };
+        let ids = if self.wide { 8 * corners } else { 4 * corners };
         let [v, g] = self.indexed.unwrap_or_default();
         let apart = match self.indexed {
-            Some(_) if self.worst => distinct * size_of::<Pair>() as u64,
+            Some(_) if self.worst => distinct * size_of::<Pair<u64>>() as u64,
             _ => 0,
         };
         let [old_v, old_g] = if self.decoded { [v, g] } else { [0, 0] };
-        let front = old_v + old_g + locals + apart.max(places);
-        let fetch = old_g + locals + apart.max(places) + rest(apart);
+        let front = old_v + old_g + backs + apart.max(places);
+        let fetch = old_g + backs + apart.max(places) + rest(apart);
+        let group = backs + places.max(firsts + others) + rest(places);
+        let first = backs + filed + firsts + others;
+        let resolve = backs + filed + resolved + rest(resolved);
+        // Narrow ids take the place of the ways back.
+        let held = if self.wide { backs } else { 0 };
+        let last = filed + held + ids.max(backs + others) + rest(others);
         WeldCost {
-            scratch: [front, fetch, group, resolve, numbers]
+            scratch: [front, fetch, group, first, resolve, last]
                 .into_iter()
                 .fold(0, u64::max),
-            read: v + g + 2 * apart + places + firsts + 2 * others + ranks + 4 * corners,
-            written: locals
+            read: v + g + 2 * apart + places + firsts + others + resolved + backs + 2 * filed,
+            written: backs
                 + apart
                 + places
                 + firsts
-                + 2 * others
-                + ranks
-                + wide.max(4 * corners)
+                + others
+                + resolved
+                + filed
+                + ids
                 + vertices * 3 * self.coords.bytes(),
         }
     }
 
-    /// Distinct keys of a block.
-    fn keys(&self) -> u64 {
-        let each = 3 * self.coords.bytes() + 8;
-        1 << (self.memory / 8 / each).clamp(16, MOST_KEYS).ilog2()
+    /// Bytes of a position with its rank, and of a pair of ranks.
+    fn records(&self) -> [u64; 2] {
+        let sizes = match (self.coords, narrow(Some(self.triangles), Tuning::default())) {
+            (CoordKind::F4, true) => [size_of::<Place<u32, u32>>(), size_of::<Pair<u32>>()],
+            (CoordKind::F4, false) => [size_of::<Place<u32, u64>>(), size_of::<Pair<u64>>()],
+            (CoordKind::F8, true) => [size_of::<Place<u64, u32>>(), size_of::<Pair<u32>>()],
+            (CoordKind::F8, false) => [size_of::<Place<u64, u64>>(), size_of::<Pair<u64>>()],
+        };
+        sizes.map(|bytes| bytes as u64)
+    }
+
+    /// Keys that are distinct in their blocks.
+    fn distinct(&self, corners: u64, vertices: u64) -> u64 {
+        if self.worst {
+            return corners;
+        }
+        let cut = Cut::new(self.memory, 1, corners, Tuning::default());
+        let blocks = cut.windows(corners).max(1);
+        // The border of a block has two sides, each about as long as a row of the surface.
+        let strip = 2 * vertices.isqrt();
+        (vertices + blocks * strip).min(corners)
     }
 }

@@ -6,58 +6,65 @@
 //! names have no first use and are left out, which is told in a note.
 //!
 //! ```text
-//!   corners ─> blocks: distinct keys, ranked in order of first use      front: one sequential pass
-//!                 │ (position, rank)                     │ number in its block, for each corner
-//!   sorted by hash and position: the least rank of a group is its first use      join: group
-//!        │ (rank, position)          │ (first rank, rank) of all the others
-//!   sorted by rank: the id is the place in that order; G is written            join: place
-//!        │ ranks of ids              │
-//!   merged: (rank, id) of all the others, sorted by rank                       join: resolve
-//!                                    │
-//!   ranks in order, block by block: ids of a block's keys, then of its corners join: corners
+//!   corners ─> blocks: distinct keys with their first corner, the rank          front
+//!                 │ (position, rank), by hash            │ way back to it, for each other corner
+//!   equal positions: the least rank is the first use     │                      group
+//!        │ (position, rank)          │ (rank, first rank) of all the others
+//!        │ by corner                 │ by corner         │
+//!   a bit for each first use, the id is their count; G   │                      firsts
+//!        └────────────┬──────────────┴───────────────────┘
+//!   ids of first uses, of others, of repeats in blocks: V                       corners
 //! ```
 //!
-//! Why that is exact: ranks ascend with first use in every block and from block to block, so
-//! the least rank of all equal positions is the first use in the whole mesh, and counting the
-//! first uses in order of rank numbers the vertices in order of first use. Blocks, hashes,
-//! buckets and memory decide only how the groups are found.
+//! Why that is exact: a rank is the corner itself, so the least rank of all equal positions is
+//! the first use in the whole mesh, and counting the first uses in order of rank numbers the
+//! vertices in order of first use. Blocks, hashes, buffers, memory and threads decide only how
+//! the groups are found.
 //!
-//! An indexed mesh goes by vertex id within a block (equal ids are equal positions), and its
-//! positions are fetched once for each distinct id of a block: in one read when the ids lie
-//! near each other, else sorted by id and merged with G.
+//! When bits and counts of all corners do not fit in memory, the others are sent to their
+//! first uses instead, get their ids there window by window, and are sent back.
 //!
-//! Memory: [`LEAST`] at least; what the budget has is shared out between a hash table (20 or
-//! 32 bytes for each of at most 2^18 keys), sorters, the buffers of at most two shuffles and a
-//! few stream buffers. One thread. I/O, in bytes: 4 a corner written, read and written again
-//! (8 for wide indices); for each key that is distinct in its block 20 (f4) or 32 (f8) written
-//! and read; the same for each final vertex, and G; 32 for each key that another block had
-//! before. Corners of an indexed mesh are read once; its G once, and once more by ranges.
+//! Memory: [`LEAST`] at least; what the budget has is shared out by [`cut`], as the passes say.
+//! Threads: corners in a file of facets are taken by all, in blocks of the file; a stream by
+//! one; all later passes run on all. I/O, in bytes, f4 and up to 2^32 corners: for each key that
+//! is distinct in its block 16 written and read (f8: 28); the same for each final vertex, and G;
+//! 8 for each key that another block had before; 4 a corner written and read where blocks have
+//! repeats; V, 4 a corner. Corners of an indexed mesh are read once; its G once, and once more
+//! by ranges.
 
 mod bits;
+mod corners;
 mod cost;
+mod cut;
+mod firsts;
 mod front;
-mod join;
+mod group;
+mod indexed;
 mod stream;
 #[cfg(test)]
 mod tests;
+mod windows;
 
-use self::bits::{HASHES, Pair, Place};
-use self::front::{Front, Takes};
-use super::{CoordArray, CoordKind, IndexArray, IndexKind, Mesh, Request};
-use crate::disk::{Lease, Workspace};
+use self::bits::{HASHES, Place};
+use self::cut::Cut;
+use self::firsts::Held;
+use self::front::{Front, Keyed, Takes};
+use super::{CoordArray, CoordKind, Endian, IndexArray, IndexKind, Mesh, Request, Source};
+use crate::corner::Index;
+use crate::disk::{DataFile, ScratchFile, Workspace};
 use crate::error::{Error, Result};
-use crate::shuffle::{Buckets, Plan, Shuffle, Sorter, Writer};
-use std::path::Path;
+use crate::folder::npy::DATA_START;
+use crate::shuffle::{Buckets, Plan, Shuffle, Writer};
+use std::path::{Path, PathBuf};
 
 pub(super) use self::bits::Bits;
 pub use self::cost::{WeldCost, WeldSize};
 
 /// The least memory in bytes that a weld works in.
 pub const LEAST: u64 = 256 << 10;
-/// Ranges of G longer than this are not fetched in one read.
-const LONGEST_READ: u64 = 16 << 20;
-/// Nor are ranges with more rows than this for each row that is wanted.
-const SPARSEST_READ: u64 = 8;
+
+/// What a weld makes.
+pub(super) type Welded = (IndexArray, CoordArray);
 
 /// What tests set to make small meshes take every path. It shapes no result.
 #[derive(Clone, Copy, Debug, Default)]
@@ -66,6 +73,14 @@ struct Tuning {
     room: Option<usize>,
     /// Bytes of G that are fetched in one read.
     longest_read: Option<u64>,
+    /// Corners of a window.
+    window: Option<u64>,
+    /// Keeps bits and counts of first uses in a file.
+    filed: bool,
+    /// Ranks of 8 bytes.
+    wide: bool,
+    /// How many threads share the memory, however little that is.
+    threads: Option<u64>,
 }
 
 /// Welds the vertices of a mesh that has coordinates; one that is welded stays as it is.
@@ -93,10 +108,14 @@ fn weld_tuned(ws: &Workspace, mesh: Mesh, request: &Request, tuning: Tuning) -> 
                 .into(),
         ));
     };
+    drop(ws.budget.lease("welding vertices", LEAST)?);
     let before = g.vertices;
-    let (v, g) = match request.coords.unwrap_or(g.kind) {
-        CoordKind::F4 => indexed::<u32>(ws, mesh.v, g, request, tuning)?,
-        CoordKind::F8 => indexed::<u64>(ws, mesh.v, g, request, tuning)?,
+    let narrow = narrow(Some(mesh.v.triangles), tuning);
+    let (v, g) = match (request.coords.unwrap_or(g.kind), narrow) {
+        (CoordKind::F4, true) => indexed::indexed::<u32, u32>(ws, mesh.v, g, request, tuning)?,
+        (CoordKind::F4, false) => indexed::indexed::<u32, u64>(ws, mesh.v, g, request, tuning)?,
+        (CoordKind::F8, true) => indexed::indexed::<u64, u32>(ws, mesh.v, g, request, tuning)?,
+        (CoordKind::F8, false) => indexed::indexed::<u64, u64>(ws, mesh.v, g, request, tuning)?,
     };
     ws.progress.note(&format!(
         "welded: {} vertices of {before} are left; those that no triangle names are not among \
@@ -114,255 +133,258 @@ fn weld_tuned(ws: &Workspace, mesh: Mesh, request: &Request, tuning: Tuning) -> 
     })
 }
 
-/// Takes triangles without ids: three positions each.
-pub(super) struct Soup<'f, 's, B: Bits> {
-    front: Front<'f, [B; 3], ToPlaces<'s, B>>,
+/// True when ranks of 4 bytes suffice for at most so many triangles.
+fn narrow(most_triangles: Option<u64>, tuning: Tuning) -> bool {
+    let corners = most_triangles.and_then(|t| t.checked_mul(3));
+    corners.is_some_and(|c| c < u64::from(u32::MAX)) && !tuning.wide
 }
 
-impl<B: Bits> Soup<'_, '_, B> {
-    /// Takes the next triangle.
+/// Takes triangles without ids: three positions each.
+pub(super) trait Soup<B> {
+    /// Goes on with this triangle, which is the first of all or follows no other that was taken
+    /// here since the last call.
+    fn begin(&mut self, triangle: u64);
+
+    /// Takes the positions of the next corners.
     ///
     /// # Errors
     /// [`Error::Io`], [`Error::DiskLimit`], [`Error::Budget`].
-    #[inline]
-    pub fn triangle(&mut self, corners: [[B; 3]; 3]) -> Result<()> {
-        corners.into_iter().try_for_each(|at| self.front.corner(at))
+    fn corners(&mut self, at: &[[B; 3]]) -> Result<()>;
+}
+
+impl<B: Bits, R: Index> Soup<B> for Front<'_, [B; 3], R, ToPlaces<'_, B, R>> {
+    fn begin(&mut self, triangle: u64) {
+        Front::begin(self, 3 * triangle);
+    }
+
+    fn corners(&mut self, at: &[[B; 3]]) -> Result<()> {
+        at.iter().try_for_each(|&at| self.corner(at))
     }
 }
 
-/// Welds the triangles that `feed` gives, about `expected` of them, as [`weld`] does, and
-/// gives back what `feed` returns.
+/// How many triangles a soup has.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Expected {
+    /// About: for planning only.
+    pub triangles: u64,
+    /// At most, when that is known for certain.
+    pub most: Option<u64>,
+}
+
+/// Welds the triangles that `feed` gives in order, as [`weld`] does, and gives back what `feed`
+/// returns.
 ///
 /// # Errors
 /// Those of `feed`; else as [`weld`].
 pub(super) fn soup<B: Bits, T>(
     ws: &Workspace,
     request: &Request,
-    expected: u64,
-    feed: impl FnOnce(&mut Soup<'_, '_, B>) -> Result<T>,
-) -> Result<(T, IndexArray, CoordArray)> {
+    expected: Expected,
+    feed: impl FnOnce(&mut dyn Soup<B>) -> Result<T>,
+) -> Result<(T, Welded)> {
     soup_tuned(ws, request, expected, feed, Tuning::default())
 }
 
 fn soup_tuned<B: Bits, T>(
     ws: &Workspace,
     request: &Request,
-    expected: u64,
-    feed: impl FnOnce(&mut Soup<'_, '_, B>) -> Result<T>,
+    expected: Expected,
+    feed: impl FnOnce(&mut dyn Soup<B>) -> Result<T>,
     tuning: Tuning,
-) -> Result<(T, IndexArray, CoordArray)> {
-    drop(ws.budget.lease("welding vertices", LEAST)?);
-    let free = ws.budget.free();
-    let places = shuffle_places::<B>(ws, expected)?;
-    let mut taker = ToPlaces(places.writer()?);
-    let front = Front::new(ws, free / 8, tuning.room, &mut taker)?;
-    let mut soup = Soup { front };
-    let fed = feed(&mut soup)?;
-    let fronted = soup.front.finish()?;
-    taker.0.finish()?;
-    let (v, g) = join::join(ws, request, false, fronted, places.finish()?)?;
-    Ok((fed, v, g))
+) -> Result<(T, Welded)> {
+    if narrow(expected.most, tuning) {
+        in_order::<B, u32, T>(ws, request, expected, feed, tuning)
+    } else {
+        in_order::<B, u64, T>(ws, request, expected, feed, tuning)
+    }
 }
 
-fn shuffle_places<B: Bits>(ws: &Workspace, expected: u64) -> Result<Shuffle<Place<B>>> {
-    let free = ws.budget.free();
-    let plan = Plan::within(free / 4, 1, size_of::<Place<B>>(), expected, free / 2);
+fn in_order<B: Bits, R: Index, T>(
+    ws: &Workspace,
+    request: &Request,
+    expected: Expected,
+    feed: impl FnOnce(&mut dyn Soup<B>) -> Result<T>,
+    tuning: Tuning,
+) -> Result<(T, Welded)> {
+    drop(ws.budget.lease("welding vertices", LEAST)?);
+    let corners = expected.triangles.saturating_mul(3);
+    let all = Cut::new(ws.budget.free(), ws.workers.count() as u64, corners, tuning);
+    // A stream comes in order, so one thread takes it.
+    let cut = Cut { threads: 1, ..all };
+    let backs = ws.scratch.file("welded corners")?;
+    let places = shuffle_places::<B, R>(ws, &cut, corners)?;
+    let taker = ToPlaces(places.writer()?);
+    let mut front = Front::new(ws, &cut, tuning.room, &backs, taker)?;
+    let fed = feed(&mut front)?;
+    front.end()?;
+    let corners = front.next();
+    front.into_taker().0.finish()?;
+    let places = places.finish()?;
+    let welded = finish(
+        ws,
+        &all,
+        request,
+        (false, tuning.filed),
+        corners,
+        backs,
+        places,
+    )?;
+    Ok((fed, welded))
+}
+
+/// Welds exactly `triangles` triangles that lie in `units`, which threads take by turns: `feed`
+/// gives those of one unit, in order, with the thread's own state from `start`.
+///
+/// # Errors
+/// Those of `start` and `feed`; else as [`weld`].
+pub(super) fn soup_of_units<B: Bits, S>(
+    ws: &Workspace,
+    request: &Request,
+    (triangles, units): (u64, u64),
+    start: impl Fn() -> Result<S> + Sync,
+    feed: impl Fn(&mut S, &mut dyn Soup<B>, u64) -> Result<()> + Sync,
+) -> Result<Welded> {
+    let tuning = Tuning::default();
+    if narrow(Some(triangles), tuning) {
+        by_units::<B, u32, S>(ws, request, (triangles, units), start, feed, tuning)
+    } else {
+        by_units::<B, u64, S>(ws, request, (triangles, units), start, feed, tuning)
+    }
+}
+
+fn by_units<B: Bits, R: Index, S>(
+    ws: &Workspace,
+    request: &Request,
+    (triangles, units): (u64, u64),
+    start: impl Fn() -> Result<S> + Sync,
+    feed: impl Fn(&mut S, &mut dyn Soup<B>, u64) -> Result<()> + Sync,
+    tuning: Tuning,
+) -> Result<Welded> {
+    drop(ws.budget.lease("welding vertices", LEAST)?);
+    let corners = 3 * triangles;
+    let cut = Cut::new(ws.budget.free(), ws.workers.count() as u64, corners, tuning);
+    let backs = ws.scratch.file("welded corners")?;
+    let places = shuffle_places::<B, R>(ws, &cut, corners)?;
+    cut.run(
+        ws,
+        units,
+        || {
+            let taker = ToPlaces(places.writer()?);
+            let front = Front::new(ws, &cut, tuning.room, &backs, taker)?;
+            Ok((front, start()?))
+        },
+        |(front, state), unit| {
+            feed(state, front, unit)?;
+            ws.progress.usage(ws.budget.used(), ws.scratch.used());
+            front.end()
+        },
+        |(front, _)| front.into_taker().0.finish(),
+    )?;
+    let places = places.finish()?;
+    finish(
+        ws,
+        &cut,
+        request,
+        (false, tuning.filed),
+        corners,
+        backs,
+        places,
+    )
+}
+
+fn shuffle_places<B: Bits, R: Index>(
+    ws: &Workspace,
+    cut: &Cut,
+    expected: u64,
+) -> Result<Shuffle<Place<B, R>>> {
+    let record = size_of::<Place<B, R>>();
+    let (memory, threads) = (cut.memory / 4, cut.threads as usize);
+    let plan = Plan::within(memory, threads, record, expected, cut.each(8));
     Shuffle::new(ws, "positions of a weld", 0..HASHES, plan)
 }
 
-/// Half of the free memory for a sorter, or the least that one works with.
-fn sorter<R: crate::shuffle::Record>(ws: &Workspace, of: &Buckets<R>) -> Result<Sorter<R>> {
-    of.sorter((ws.budget.free() / 2).max(Sorter::<R>::least()))
-}
+struct ToPlaces<'s, B, R>(Writer<'s, Place<B, R>>);
 
-struct ToPlaces<'s, B: Bits>(Writer<'s, Place<B>>);
-
-impl<B: Bits> Takes<[B; 3]> for ToPlaces<'_, B> {
-    fn block(&mut self, keys: &[[B; 3]], first_rank: u64) -> Result<()> {
-        let mut ranks = first_rank..;
+impl<B: Bits, R: Index> Takes<[B; 3], R> for ToPlaces<'_, B, R> {
+    fn keys(&mut self, keys: &[Keyed<[B; 3], R>]) -> Result<()> {
         keys.iter()
-            .zip(&mut ranks)
-            .try_for_each(|(&at, rank)| self.0.push(Place { at, rank }))
+            .try_for_each(|&Keyed { key: at, rank }| self.0.push(Place { at, rank }))
     }
 }
 
-/// Welds a mesh with ids.
-fn indexed<B: Bits>(
+/// From places to V and G. `placed`: the mesh's former G lies at `request.g_path`.
+fn finish<B: Bits, R: Index>(
     ws: &Workspace,
-    v: IndexArray,
-    g: CoordArray,
+    cut: &Cut,
     request: &Request,
-    tuning: Tuning,
-) -> Result<(IndexArray, CoordArray)> {
-    drop(ws.budget.lease("welding vertices", LEAST)?);
-    let free = ws.budget.free();
-    let places = shuffle_places::<B>(ws, g.vertices.saturating_mul(2))?;
-    let plan = Plan::within(free / 8, 1, size_of::<Pair>(), 3 * v.triangles, free / 4);
-    let apart = Shuffle::new(ws, "vertices of a weld", 0..g.vertices, plan)?;
-    let room = tuning.longest_read.unwrap_or(free / 8).min(LONGEST_READ);
-    let mut taker = Gather {
-        g: &g,
-        path: &request.path,
-        lease: ws.budget.lease("coordinates of a weld", room)?,
-        rows: Vec::new(),
-        near: places.writer()?,
-        apart: apart.writer()?,
+    (placed, filed): (bool, bool),
+    count: u64,
+    backs: ScratchFile,
+    places: Buckets<Place<B, R>>,
+) -> Result<Welded> {
+    let held = Held::bytes(count) <= cut.memory / 4 && !filed;
+    let group::Groups { firsts, others } = group::group(ws, cut, places, count, !held)?;
+    let vertices = firsts.records();
+    let path = path_of_g(request, placed);
+    let file = DataFile::create_new(&path, &ws.io)?;
+    // Without a vertex nothing is written behind the hole for the header.
+    file.set_len(DATA_START + vertices * size_of::<[B; 3]>() as u64)?;
+    let uses = firsts::place(ws, cut, firsts, count, held, &file)?;
+    drop(file);
+    let g = take_name::<B>(ws, request, &path, vertices)?;
+    let others = if held {
+        others
+    } else {
+        corners::resolve(ws, cut, others, count, &uses)?
     };
-    let mut front = Front::new(ws, free / 8, tuning.room, &mut taker)?;
-    read_corners(ws, &v, &request.path, g.vertices, &mut front)?;
-    let fronted = front.finish()?;
-    drop(v);
-    let Gather {
-        near,
-        apart: far,
-        lease,
-        rows,
-        ..
-    } = taker;
-    drop((rows, lease));
-    far.finish()?;
-    fetch_apart(ws, &g, &request.path, apart.finish()?, near)?;
-    let placed = g.placed;
-    drop(g);
-    join::join(ws, request, placed, fronted, places.finish()?)
+    let wide = request.wide || count >= u64::from(u32::MAX);
+    let (source, kind) = if wide {
+        let v = ws.scratch.file("wide indices")?;
+        corners::corners::<R, u64>(ws, cut, others, count, &uses, (&backs, &v))?;
+        (v, IndexKind::U8)
+    } else {
+        corners::corners::<R, u32>(ws, cut, others, count, &uses, (&backs, &backs))?;
+        (backs, IndexKind::U4)
+    };
+    let v = IndexArray {
+        source: Source::Scratch(source),
+        at: 0,
+        kind,
+        endian: Endian::Little,
+        triangles: count / 3,
+    };
+    Ok((v, g))
 }
 
-/// Feeds every corner's vertex to the first pass.
-fn read_corners<T: Takes<u64>>(
+/// Where G is written: beside the former one when that has the name that it shall have.
+fn path_of_g(request: &Request, placed: bool) -> PathBuf {
+    if !placed {
+        return request.g_path.clone();
+    }
+    let mut name = request.g_path.clone().into_os_string();
+    name.push(".weld");
+    PathBuf::from(name)
+}
+
+/// Gives G its name.
+fn take_name<B: Bits>(
     ws: &Workspace,
-    v: &IndexArray,
+    request: &Request,
     path: &Path,
     vertices: u64,
-    front: &mut Front<'_, u64, T>,
-) -> Result<()> {
-    let width = v.kind.bytes() as usize;
-    let file = v.source.data();
-    let mut rows = stream::SeqReader::new(&ws.budget, file, v.at, 3 * width, v.triangles)?;
-    // The first value that is negative when read as a signed one.
-    let negative = match v.kind {
-        IndexKind::I4 => 1 << 31,
-        IndexKind::I8 => 1 << 63,
-        _ => u64::MAX,
-    };
-    let end = vertices.min(negative);
-    ws.progress.begin("weld: read", "triangles", v.triangles);
-    let mut triangle = 0u64;
-    while let Some(row) = rows.next()? {
-        for (k, bytes) in row.chunks_exact(width).enumerate() {
-            let vertex = bits::unsigned(bytes, v.endian);
-            if vertex >= end {
-                let found = match v.kind {
-                    IndexKind::I4 => i64::from(vertex as u32 as i32).to_string(),
-                    IndexKind::I8 => (vertex as i64).to_string(),
-                    _ => vertex.to_string(),
-                };
-                return Err(Error::input(
-                    path,
-                    format!("triangle {triangle}, corner {k}"),
-                    format!("a vertex from 0 to below {vertices}"),
-                    format!("vertex {found}"),
-                    "the indices do not belong to these coordinates, or the file is damaged",
-                ));
-            }
-            front.corner(vertex)?;
-        }
-        triangle += 1;
-        if triangle.is_multiple_of(1 << 16) {
-            ws.progress.advance(1 << 16);
-            ws.progress.usage(ws.budget.used(), ws.scratch.used());
-        }
-    }
-    ws.progress.advance(triangle % (1 << 16));
-    ws.progress.end();
-    Ok(())
-}
-
-/// Fetches the positions of a block's vertices, or puts them off.
-struct Gather<'g, 'n, 'a, B: Bits> {
-    g: &'g CoordArray,
-    path: &'g Path,
-    /// Covers `rows`.
-    lease: Lease,
-    rows: Vec<u8>,
-    near: Writer<'n, Place<B>>,
-    apart: Writer<'a, Pair>,
-}
-
-impl<B: Bits> Takes<u64> for Gather<'_, '_, '_, B> {
-    fn block(&mut self, keys: &[u64], first_rank: u64) -> Result<()> {
-        let (Some(&lo), Some(&hi)) = (keys.iter().min(), keys.iter().max()) else {
-            return Ok(());
-        };
-        let width = 3 * self.g.kind.bytes();
-        let ranks = first_rank..;
-        let rows = hi - lo + 1;
-        if rows > (self.lease.bytes() / width).min(SPARSEST_READ * keys.len() as u64) {
-            let mut pairs = keys.iter().zip(ranks);
-            return pairs.try_for_each(|(&key, value)| self.apart.push(Pair { key, value }));
-        }
-        if self.rows.is_empty() {
-            self.rows = vec![0; self.lease.bytes() as usize];
-        }
-        let bytes = &mut self.rows[..(rows * width) as usize];
-        self.g
-            .source
-            .data()
-            .read_at(bytes, self.g.at + lo * width)?;
-        for (&vertex, rank) in keys.iter().zip(ranks) {
-            let row = &bytes[((vertex - lo) * width) as usize..][..width as usize];
-            let at = position_of(self.g, self.path, vertex, row)?;
-            self.near.push(Place { at, rank })?;
-        }
-        Ok(())
-    }
-}
-
-/// Merges the vertices that were put off, sorted by id, with G.
-fn fetch_apart<B: Bits>(
-    ws: &Workspace,
-    g: &CoordArray,
-    path: &Path,
-    apart: Buckets<Pair>,
-    mut places: Writer<'_, Place<B>>,
-) -> Result<()> {
-    if apart.records() > 0 {
-        ws.progress
-            .begin("weld: fetch", "vertices", apart.records());
-        let mut sorter = sorter(ws, &apart)?;
-        let width = 3 * g.kind.bytes() as usize;
-        let mut rows =
-            stream::SeqReader::new(&ws.budget, g.source.data(), g.at, width, g.vertices)?;
-        let mut last = (u64::MAX, [B::from_f4(0); 3]);
-        let mut next = 0;
-        apart.sorted_all(&mut sorter, &mut |slice| {
-            for pair in slice {
-                if pair.key != last.0 {
-                    rows.skip(pair.key - next);
-                    next = pair.key + 1;
-                    let row = rows.next()?.unwrap_or_default();
-                    last = (pair.key, position_of(g, path, pair.key, row)?);
-                }
-                let (at, rank) = (last.1, pair.value);
-                places.push(Place { at, rank })?;
-            }
-            ws.progress.advance(slice.len() as u64);
-            ws.progress.usage(ws.budget.used(), ws.scratch.used());
-            Ok(())
+) -> Result<CoordArray> {
+    if path != request.g_path {
+        std::fs::rename(path, &request.g_path).map_err(|e| {
+            let what = format!("rename it to {}", request.g_path.display());
+            Error::io(path, what, e)
         })?;
-        ws.progress.end();
     }
-    places.finish()
-}
-
-fn position_of<B: Bits>(g: &CoordArray, path: &Path, vertex: u64, row: &[u8]) -> Result<[B; 3]> {
-    bits::position(row, g.kind, g.endian).ok_or_else(|| {
-        let wide = bits::position::<u64>(row, g.kind, g.endian).unwrap_or_default();
-        Error::input(
-            path,
-            format!("vertex {vertex}"),
-            "coordinates that 4 bytes hold",
-            format!("{:?}", wide.map(f64::from_bits)),
-            "store coordinates as 8 bytes: --coords f8",
-        )
+    Ok(CoordArray {
+        source: Source::Named(DataFile::open_rw(&request.g_path, &ws.io)?),
+        at: DATA_START,
+        kind: B::KIND,
+        endian: Endian::Little,
+        vertices,
+        placed: true,
     })
 }

@@ -1,87 +1,10 @@
-//! Files written and read from front to back, through one leased buffer each.
+//! A file read from front to back, through one leased buffer.
 //!
-//! Memory: the buffers. I/O: whole buffers, sequential.
+//! Memory: the buffer. I/O: whole buffers, sequential.
 
-use crate::disk::{Budget, DataFile, Lease, ScratchFile};
+use crate::disk::{Budget, DataFile, Lease};
 use crate::error::Result;
 use crate::input::reader::lease_buffer;
-
-/// A file that takes bytes at an offset.
-pub trait WriteAt {
-    /// Writes all of `buf` at byte `at`.
-    ///
-    /// # Errors
-    /// As the file's own.
-    fn write_at(&self, buf: &[u8], at: u64) -> Result<()>;
-}
-
-impl WriteAt for ScratchFile {
-    fn write_at(&self, buf: &[u8], at: u64) -> Result<()> {
-        ScratchFile::write_at(self, buf, at)
-    }
-}
-
-impl WriteAt for DataFile {
-    fn write_at(&self, buf: &[u8], at: u64) -> Result<()> {
-        DataFile::write_at(self, buf, at)
-    }
-}
-
-/// Writes a file from byte `at` on.
-pub struct SeqWriter<F> {
-    file: F,
-    at: u64,
-    buf: Vec<u8>,
-    room: usize,
-    _lease: Lease,
-}
-
-impl<F: WriteAt> SeqWriter<F> {
-    /// Takes a buffer from the budget.
-    ///
-    /// # Errors
-    /// [`crate::Error::Budget`].
-    pub fn new(budget: &Budget, file: F, at: u64) -> Result<SeqWriter<F>> {
-        let (room, lease) = lease_buffer(budget, "the buffer for welded output", 4096)?;
-        Ok(SeqWriter {
-            file,
-            at,
-            buf: Vec::with_capacity(room),
-            room,
-            _lease: lease,
-        })
-    }
-
-    /// Appends a few bytes.
-    ///
-    /// # Errors
-    /// As the file's.
-    #[inline]
-    pub fn push(&mut self, bytes: &[u8]) -> Result<()> {
-        if self.room - self.buf.len() < bytes.len() {
-            self.flush()?;
-        }
-        self.buf.extend_from_slice(bytes);
-        Ok(())
-    }
-
-    #[cold]
-    fn flush(&mut self) -> Result<()> {
-        self.file.write_at(&self.buf, self.at)?;
-        self.at += self.buf.len() as u64;
-        self.buf.clear();
-        Ok(())
-    }
-
-    /// Writes what is left, and gives the file back with the byte behind its last.
-    ///
-    /// # Errors
-    /// As the file's.
-    pub fn finish(mut self) -> Result<(F, u64)> {
-        self.flush()?;
-        Ok((self.file, self.at))
-    }
-}
 
 /// Reads records of equal size from bytes `at..end` of a file.
 pub struct SeqReader<'a> {
@@ -165,16 +88,14 @@ mod tests {
     use crate::input::testing::workspace;
 
     #[test]
-    fn what_is_written_is_read_and_skipped() {
+    fn records_are_read_and_skipped() {
         let dir = tempfile::tempdir().unwrap();
         let ws = workspace(dir.path(), 64 << 10);
         let file = ws.scratch.file("test").unwrap();
-        let mut out = SeqWriter::new(&ws.budget, file, 24).unwrap();
+        file.append(&[7; 24]).unwrap();
         for i in 0..5000u64 {
-            out.push(&(i * i).to_le_bytes()).unwrap();
+            file.append(&(i * i).to_le_bytes()).unwrap();
         }
-        let (file, end) = out.finish().unwrap();
-        assert_eq!(end, 24 + 40_000);
         let mut back = SeqReader::new(&ws.budget, file.data(), 24, 8, 5000).unwrap();
         let mut i = 0u64;
         for step in (0..100).chain([600, 2000, 3]) {
