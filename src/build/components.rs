@@ -15,10 +15,14 @@ use super::Job;
 use super::arrays::OutArray;
 use super::chunks::Chunked;
 use super::deferred::{Deferred, measure_deferred};
+use super::graph::bits::Bits;
+use super::graph::labels::{labels_of, split};
+use super::graph::union::Joins;
+use super::plan::Strategy;
 use super::records::{EdgeCorner, LocalCount, MeasureRecord};
-use super::scratch_items;
-use super::stitch::{Bits, Labels, Union};
+use super::stitch::Labels;
 use super::tally::{Piece, Sums, Tally, reduce};
+use super::{SCRATCH_BLOCK, contraction_size, scratch_items};
 use crate::chunk::grid::Grid;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
@@ -36,6 +40,8 @@ pub struct Chosen {
     pub table: OutArray,
     /// Corners on non-manifold edges, sorted by edge and corner.
     pub cuts: ScratchFile,
+    /// The label of the local component of each.
+    pub cut_labels: ScratchFile,
 }
 
 /// What the pass works with.
@@ -94,8 +100,8 @@ pub fn components<I: Index, W: Index, X: Coord>(
         measure_deferred::<I, W, X>(&deferred, g)?;
     }
     sum_chunks(job, given, &pieces, tally)?;
-    let cuts = ws.scratch.file("sorted corners of non-manifold edges")?;
-    sum_seams(job, given, &pieces, tally, &cuts, counts)?;
+    let (cuts, cut_labels) = sort_cuts(job, given)?;
+    sum_seams(job, given, &pieces, tally, (&cuts, &cut_labels), counts)?;
     let pieces = pieces.finish()?;
     let mut flip = Bits::new(&ws.budget, "flips by component", number)?;
     let table = OutArray::create(
@@ -131,7 +137,12 @@ pub fn components<I: Index, W: Index, X: Coord>(
         Ok(())
     })?;
     table.write(written, &rows)?;
-    Ok(Chosen { flip, table, cuts })
+    Ok(Chosen {
+        flip,
+        table,
+        cuts,
+        cut_labels,
+    })
 }
 
 /// The orientation and the row of one component.
@@ -195,6 +206,9 @@ fn count(row: &ComponentRow, counts: &mut Counts) {
     counts.flipped_components += u64::from(row.flipped == row.triangles);
 }
 
+/// Local components whose counts or measures are read at a time, at most.
+const RUN: u64 = (SCRATCH_BLOCK / size_of::<LocalCount>()) as u64;
+
 /// Sums what the chunks counted and measured.
 fn sum_chunks<W: Index>(
     job: &Job,
@@ -202,18 +216,22 @@ fn sum_chunks<W: Index>(
     pieces: &Shuffle<Piece>,
     memory: u64,
 ) -> Result<()> {
-    let (ws, chunked) = (job.ws, given.chunked);
+    let (ws, chunked, labels) = (job.ws, given.chunked, given.labels);
     ws.workers.run(
         chunked.infos.len() as u64,
-        || Tally::new(&ws.budget, memory, given.labels.components, pieces),
-        |tally, chunk| {
+        || {
+            let tally = Tally::new(&ws.budget, memory, labels.components, pieces)?;
+            Ok((tally, labels.range(&ws.budget, RUN)?))
+        },
+        |(tally, range), chunk| {
             let info = &chunked.infos[chunk as usize];
             let (first, base) = (job.chunk_range(chunk).0, chunked.base[chunk as usize]);
             let bytes = u64::from(info.locals) * size_of::<LocalCount>() as u64;
             let mut local = base;
             scratch_items(ws, &chunked.counts, info.counts_at, bytes, &mut |counts| {
+                range.load(local..local + counts.len() as u64)?;
                 for count in counts as &[LocalCount] {
-                    let (component, flip) = given.labels.get(local);
+                    let (component, flip) = range.get(local);
                     let sums = tally.at(component)?;
                     let borders = count.borders & !LocalCount::CONFLICT;
                     let (triangles, flipped) = (count.triangles, count.flipped);
@@ -231,16 +249,53 @@ fn sum_chunks<W: Index>(
             let bytes = u64::from(info.locals) * size_of::<MeasureRecord>() as u64;
             let mut local = base;
             scratch_items(ws, &chunked.measures, at, bytes, &mut |measures| {
+                range.load(local..local + measures.len() as u64)?;
                 for record in measures as &[MeasureRecord] {
-                    let (component, flip) = given.labels.get(local);
+                    let (component, flip) = range.get(local);
                     tally.at(component)?.measure.merge(&record.get(), flip);
                     local += 1;
                 }
                 Ok(())
             })
         },
-        Tally::finish,
+        |(tally, _)| tally.finish(),
     )
+}
+
+/// Sorts the corners on non-manifold edges by edge and corner, and finds the labels of their
+/// local components, in that order.
+fn sort_cuts<W: Index>(job: &Job, given: &Given<W>) -> Result<(ScratchFile, ScratchFile)> {
+    let ws = job.ws;
+    let sorted = ws.scratch.file("sorted corners of non-manifold edges")?;
+    let locals = ws.scratch.file("local components at non-manifold edges")?;
+    let _lease = ws
+        .budget
+        .lease("local components of corners", RUN * W::BYTES as u64)?;
+    let mut block: Vec<W> = Vec::with_capacity(RUN as usize);
+    let mut sorter = given.cuts.sorter(job.sort_memory(0))?;
+    given.cuts.sorted_all(&mut sorter, &mut |batch| {
+        sorted.append(bytemuck::cast_slice(batch))?;
+        for some in batch.chunks(RUN as usize) {
+            block.clear();
+            let local = |corner| W::of(job.local_component(given.chunked, corner));
+            block.extend(some.iter().map(local));
+            locals.append(bytemuck::cast_slice(&block))?;
+        }
+        Ok(())
+    })?;
+    drop(sorter);
+    let labels = in_order(job, given, &locals)?;
+    Ok((sorted, labels))
+}
+
+/// The labels of the local components that a file lists, in its order.
+fn in_order<W: Index>(job: &Job, given: &Given<W>, locals: &ScratchFile) -> Result<ScratchFile> {
+    let mut plan = job.shuffle_plan(2 * W::BYTES, locals.len() / W::BYTES as u64);
+    // One writer here, whatever the number of threads.
+    plan.buckets = plan.buckets.min(256);
+    let nodes = given.chunked.locals();
+    let sort = job.sort_memory(2 * super::writer_bytes(&plan));
+    labels_of(job.ws, given.labels, (locals, nodes), plan, sort)
 }
 
 /// Sums what the seams found: borders, and the corners on non-manifold edges.
@@ -249,67 +304,105 @@ fn sum_seams<W: Index>(
     given: &Given<W>,
     pieces: &Shuffle<Piece>,
     memory: u64,
-    sorted: &ScratchFile,
+    cuts: (&ScratchFile, &ScratchFile),
     counts: &mut Counts,
 ) -> Result<()> {
-    let (ws, labels) = (job.ws, given.labels);
-    let mut tally = Tally::new(&ws.budget, memory, labels.components, pieces)?;
-    scratch_items(
-        ws,
-        given.borders,
-        0,
-        given.borders.len(),
-        &mut |locals: &[W]| {
-            for local in locals {
-                tally.at(labels.get(local.wide()).0)?.borders += 1;
-            }
-            Ok(())
-        },
-    )?;
-    let mut joined = None;
-    if given.cuts.records() > 0 {
-        let mut union = Union::new(&ws.budget, labels.components)?;
-        sum_cuts(job, given, &mut tally, &mut union, sorted)?;
-        joined = Some(union.sets());
+    let (ws, components) = (job.ws, given.labels.components);
+    let borders = in_order(job, given, given.borders)?;
+    let mut tally = Tally::new(&ws.budget, memory, components, pieces)?;
+    scratch_items(ws, &borders, 0, borders.len(), &mut |labels: &[W]| {
+        for &label in labels {
+            tally.at(split(label).0)?.borders += 1;
+        }
+        Ok(())
+    })?;
+    drop(borders);
+    counts.components_joined = components;
+    if !cuts.0.is_empty() {
+        counts.components_joined = join_cuts(job, given, cuts)?;
+        sum_cuts(job, given, &mut tally, cuts)?;
     }
-    counts.components_joined = joined.unwrap_or(labels.components);
     tally.finish()
 }
 
-/// Counts the corners on non-manifold edges, keeps them sorted for the finish pass, and finds
-/// the components whose corners do not cancel at some edge.
+/// Hands the corners on non-manifold edges to `each`, with the labels of their local components.
+fn each_cut<W: Index>(
+    job: &Job,
+    (corners, labels): (&ScratchFile, &ScratchFile),
+    each: &mut dyn FnMut(&EdgeCorner<W>, (u64, bool)) -> Result<()>,
+) -> Result<()> {
+    let mut at = 0;
+    let _lease = job
+        .ws
+        .budget
+        .lease("labels of corners", SCRATCH_BLOCK as u64)?;
+    let mut block: Vec<W> = Vec::new();
+    scratch_items(
+        job.ws,
+        corners,
+        0,
+        corners.len(),
+        &mut |corners: &[EdgeCorner<W>]| {
+            block.resize(corners.len(), W::NONE);
+            labels.read_at(bytemuck::cast_slice_mut(&mut block), at)?;
+            at += (corners.len() * W::BYTES) as u64;
+            let mut pairs = corners.iter().zip(&block);
+            pairs.try_for_each(|(corner, &label)| each(corner, split(label)))
+        },
+    )
+}
+
+/// The number of sets of components when non-manifold edges join them.
+fn join_cuts<W: Index>(
+    job: &Job,
+    given: &Given<W>,
+    cuts: (&ScratchFile, &ScratchFile),
+) -> Result<u64> {
+    let components = given.labels.components;
+    let fits = match job.strategy {
+        Strategy::Auto => Joins::<W>::bytes(components) <= job.ws.budget.free() / 2,
+        Strategy::Memory => true,
+        Strategy::Contract => false,
+    };
+    let size = (!fits).then(|| contraction_size::<W>(job, components));
+    let mut joins = Joins::<W>::new(job.ws, components, size)?;
+    let mut edge = None;
+    let mut before = 0;
+    each_cut(job, cuts, &mut |corner: &EdgeCorner<W>, (component, _)| {
+        if edge.replace(corner.edge()) == Some(corner.edge()) {
+            joins.join(before, component)?;
+        }
+        before = component;
+        Ok(())
+    })?;
+    joins.sets()
+}
+
+/// Counts the corners on non-manifold edges, and finds the components whose corners do not
+/// cancel at some edge.
 fn sum_cuts<W: Index>(
     job: &Job,
     given: &Given<W>,
     tally: &mut Tally,
-    union: &mut Union,
-    sorted: &ScratchFile,
+    cuts: (&ScratchFile, &ScratchFile),
 ) -> Result<()> {
     let (ws, labels) = (job.ws, given.labels);
-    let mut plan = job.shuffle_plan(size_of::<Side>(), given.cuts.records());
+    let corners = cuts.0.len() / size_of::<EdgeCorner<W>>() as u64;
+    let mut plan = job.shuffle_plan(size_of::<Side>(), corners);
     // One writer here, whatever the number of threads.
     plan.buckets = plan.buckets.min(256);
-    let sides = Shuffle::<Side>::new(
-        ws,
-        "sides of non-manifold edges",
-        0..labels.components,
-        plan,
-    )?;
+    let what = "sides of non-manifold edges";
+    let sides = Shuffle::<Side>::new(ws, what, 0..labels.components, plan)?;
     let mut writer = sides.writer()?;
-    let mut sorter = given.cuts.sorter(job.sort_memory(0))?;
-    let (mut edge, mut ordinal, mut first) = (None, 0u64, 0);
-    given.cuts.sorted_all(&mut sorter, &mut |batch| {
-        sorted.append(bytemuck::cast_slice(batch))?;
-        for corner in batch {
-            let (component, flip) = labels.get(job.local_component(given.chunked, corner));
-            if edge != Some(corner.edge()) {
-                edge = Some(corner.edge());
+    let (mut edge, mut ordinal) = (None, 0u64);
+    each_cut(
+        job,
+        cuts,
+        &mut |corner: &EdgeCorner<W>, (component, flip)| {
+            if edge.replace(corner.edge()) != Some(corner.edge()) {
                 ordinal += 1;
-                first = component;
             }
-            union.join(first, component);
-            let sums = tally.at(component)?;
-            sums.cuts += 1;
+            tally.at(component)?.cuts += 1;
             // The directions of the finished table: the input's, where nothing is turned. (A
             // component turned as a whole has them all reversed, which cancels as well.)
             let down = if !job.applies_flips() || labels.nonorientable.get(component) {
@@ -317,11 +410,9 @@ fn sum_cuts<W: Index>(
             } else {
                 corner.down() ^ flip
             };
-            writer.push(Side([component, ordinal, if down { 1 } else { u64::MAX }]))?;
-        }
-        Ok(())
-    })?;
-    drop(sorter);
+            writer.push(Side([component, ordinal, if down { 1 } else { u64::MAX }]))
+        },
+    )?;
     writer.finish()?;
     let sides = sides.finish()?;
     let mut sorter = sides.sorter(job.sort_memory(0))?;

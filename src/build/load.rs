@@ -40,7 +40,7 @@ pub fn id_width(shape: &Shape) -> u64 {
 }
 
 /// Local components that so many chunks leave: of a strip, one and some at its ends.
-pub fn locals(shape: &Shape, plan: &Plan, worst: bool) -> u64 {
+fn locals(shape: &Shape, plan: &Plan, worst: bool) -> u64 {
     let few = 16 * plan.chunks(shape.triangles);
     if worst {
         shape.triangles

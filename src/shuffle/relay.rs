@@ -418,6 +418,11 @@ impl<R: Record> Relay<R> {
         self.stops
     }
 
+    /// A stop has 2^shift keys.
+    pub fn shift(&self) -> u32 {
+        self.shift
+    }
+
     /// Records that were sent.
     pub fn sent(&self) -> u64 {
         self.sent
