@@ -5,32 +5,27 @@
 //! bit. The volume decides for orientable watertight components (their volume does not depend
 //! on the reference point); all others keep what most of their triangles had.
 //!
-//! At a non-manifold edge a component's own corners cancel when as many run it one way as the
-//! other: the corners come sorted by edge, are re-sorted by (component, edge) and counted.
-//!
 //! Memory: labels and bits by component, a tally, sorters and writers. I/O: the records of
 //! local components once, non-manifold corners once more; the rows written once.
 
 use super::Job;
 use super::arrays::OutArray;
 use super::chunks::Chunked;
+use super::cuts::Cuts;
 use super::deferred::{Deferred, measure_deferred};
 use super::graph::bits::Bits;
-use super::graph::labels::{labels_of, split};
-use super::graph::union::Joins;
-use super::plan::Strategy;
+use super::graph::labels::split;
 use super::records::{EdgeCorner, LocalCount, MeasureRecord};
 use super::stitch::Labels;
 use super::tally::{Piece, Sums, Tally, reduce};
-use super::{SCRATCH_BLOCK, contraction_size, scratch_items};
+use super::{SCRATCH_BLOCK, scratch_items};
 use crate::chunk::grid::Grid;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
 use crate::disk::ScratchFile;
 use crate::error::Result;
 use crate::folder::{self, ComponentRow, Counts, Orient};
-use crate::shuffle::{Buckets, Record, Shuffle};
-use bytemuck::{Pod, Zeroable};
+use crate::shuffle::{Buckets, Shuffle};
 
 /// What was decided.
 pub struct Chosen {
@@ -38,10 +33,8 @@ pub struct Chosen {
     pub flip: Bits,
     /// The table's file.
     pub table: OutArray,
-    /// Corners on non-manifold edges, sorted by edge and corner.
-    pub cuts: ScratchFile,
-    /// The label of the local component of each.
-    pub cut_labels: ScratchFile,
+    /// Corners on non-manifold edges.
+    pub cuts: Cuts,
 }
 
 /// What the pass works with.
@@ -58,18 +51,6 @@ pub struct Given<'a, W: Index> {
     pub component: &'a OutArray,
     /// The grid of volumes.
     pub grid: &'a Grid,
-}
-
-/// A corner of a component on a non-manifold edge: component, edge, 1 or -1.
-#[repr(transparent)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Side([u64; 3]);
-
-impl Record for Side {
-    const LEVELS: usize = 2;
-    fn key(&self, level: usize) -> u64 {
-        self.0[level]
-    }
 }
 
 /// Runs the pass; fills in the counts that it knows.
@@ -100,8 +81,8 @@ pub fn components<I: Index, W: Index, X: Coord>(
         measure_deferred::<I, W, X>(&deferred, g)?;
     }
     sum_chunks(job, given, &pieces, tally)?;
-    let (cuts, cut_labels) = sort_cuts(job, given)?;
-    sum_seams(job, given, &pieces, tally, (&cuts, &cut_labels), counts)?;
+    let cuts = Cuts::sorted(job, given.chunked, given.labels, given.cuts)?;
+    sum_seams(job, given, &pieces, tally, &cuts, counts)?;
     let pieces = pieces.finish()?;
     let mut flip = Bits::new(&ws.budget, "flips by component", number)?;
     let table = OutArray::create(
@@ -137,12 +118,7 @@ pub fn components<I: Index, W: Index, X: Coord>(
         Ok(())
     })?;
     table.write(written, &rows)?;
-    Ok(Chosen {
-        flip,
-        table,
-        cuts,
-        cut_labels,
-    })
+    Ok(Chosen { flip, table, cuts })
 }
 
 /// The orientation and the row of one component.
@@ -262,53 +238,17 @@ fn sum_chunks<W: Index>(
     )
 }
 
-/// Sorts the corners on non-manifold edges by edge and corner, and finds the labels of their
-/// local components, in that order.
-fn sort_cuts<W: Index>(job: &Job, given: &Given<W>) -> Result<(ScratchFile, ScratchFile)> {
-    let ws = job.ws;
-    let sorted = ws.scratch.file("sorted corners of non-manifold edges")?;
-    let locals = ws.scratch.file("local components at non-manifold edges")?;
-    let _lease = ws
-        .budget
-        .lease("local components of corners", RUN * W::BYTES as u64)?;
-    let mut block: Vec<W> = Vec::with_capacity(RUN as usize);
-    let mut sorter = given.cuts.sorter(job.sort_memory(0))?;
-    given.cuts.sorted_all(&mut sorter, &mut |batch| {
-        sorted.append(bytemuck::cast_slice(batch))?;
-        for some in batch.chunks(RUN as usize) {
-            block.clear();
-            let local = |corner| W::of(job.local_component(given.chunked, corner));
-            block.extend(some.iter().map(local));
-            locals.append(bytemuck::cast_slice(&block))?;
-        }
-        Ok(())
-    })?;
-    drop(sorter);
-    let labels = in_order(job, given, &locals)?;
-    Ok((sorted, labels))
-}
-
-/// The labels of the local components that a file lists, in its order.
-fn in_order<W: Index>(job: &Job, given: &Given<W>, locals: &ScratchFile) -> Result<ScratchFile> {
-    let mut plan = job.shuffle_plan(2 * W::BYTES, locals.len() / W::BYTES as u64);
-    // One writer here, whatever the number of threads.
-    plan.buckets = plan.buckets.min(256);
-    let nodes = given.chunked.locals();
-    let sort = job.sort_memory(2 * super::writer_bytes(&plan));
-    labels_of(job.ws, given.labels, (locals, nodes), plan, sort)
-}
-
 /// Sums what the seams found: borders, and the corners on non-manifold edges.
 fn sum_seams<W: Index>(
     job: &Job,
     given: &Given<W>,
     pieces: &Shuffle<Piece>,
     memory: u64,
-    cuts: (&ScratchFile, &ScratchFile),
+    cuts: &Cuts,
     counts: &mut Counts,
 ) -> Result<()> {
     let (ws, components) = (job.ws, given.labels.components);
-    let borders = in_order(job, given, given.borders)?;
+    let borders = job.labels_in_order(given.labels, given.chunked, given.borders)?;
     let mut tally = Tally::new(&ws.budget, memory, components, pieces)?;
     scratch_items(ws, &borders, 0, borders.len(), &mut |labels: &[W]| {
         for &label in labels {
@@ -318,119 +258,9 @@ fn sum_seams<W: Index>(
     })?;
     drop(borders);
     counts.components_joined = components;
-    if !cuts.0.is_empty() {
-        counts.components_joined = join_cuts(job, given, cuts)?;
-        sum_cuts(job, given, &mut tally, cuts)?;
+    if !cuts.is_empty() {
+        counts.components_joined = cuts.join::<W>(job, components)?;
+        cuts.sum(job, given.labels, &mut tally)?;
     }
     tally.finish()
-}
-
-/// Hands the corners on non-manifold edges to `each`, with the labels of their local components.
-fn each_cut<W: Index>(
-    job: &Job,
-    (corners, labels): (&ScratchFile, &ScratchFile),
-    each: &mut dyn FnMut(&EdgeCorner<W>, (u64, bool)) -> Result<()>,
-) -> Result<()> {
-    let mut at = 0;
-    let _lease = job
-        .ws
-        .budget
-        .lease("labels of corners", SCRATCH_BLOCK as u64)?;
-    let mut block: Vec<W> = Vec::new();
-    scratch_items(
-        job.ws,
-        corners,
-        0,
-        corners.len(),
-        &mut |corners: &[EdgeCorner<W>]| {
-            block.resize(corners.len(), W::NONE);
-            labels.read_at(bytemuck::cast_slice_mut(&mut block), at)?;
-            at += (corners.len() * W::BYTES) as u64;
-            let mut pairs = corners.iter().zip(&block);
-            pairs.try_for_each(|(corner, &label)| each(corner, split(label)))
-        },
-    )
-}
-
-/// The number of sets of components when non-manifold edges join them.
-fn join_cuts<W: Index>(
-    job: &Job,
-    given: &Given<W>,
-    cuts: (&ScratchFile, &ScratchFile),
-) -> Result<u64> {
-    let components = given.labels.components;
-    let fits = match job.strategy {
-        Strategy::Auto => Joins::<W>::bytes(components) <= job.ws.budget.free() / 2,
-        Strategy::Memory => true,
-        Strategy::Contract => false,
-    };
-    let size = (!fits).then(|| contraction_size::<W>(job, components));
-    let mut joins = Joins::<W>::new(job.ws, components, size)?;
-    let mut edge = None;
-    let mut before = 0;
-    each_cut(job, cuts, &mut |corner: &EdgeCorner<W>, (component, _)| {
-        if edge.replace(corner.edge()) == Some(corner.edge()) {
-            joins.join(before, component)?;
-        }
-        before = component;
-        Ok(())
-    })?;
-    joins.sets()
-}
-
-/// Counts the corners on non-manifold edges, and finds the components whose corners do not
-/// cancel at some edge.
-fn sum_cuts<W: Index>(
-    job: &Job,
-    given: &Given<W>,
-    tally: &mut Tally,
-    cuts: (&ScratchFile, &ScratchFile),
-) -> Result<()> {
-    let (ws, labels) = (job.ws, given.labels);
-    let corners = cuts.0.len() / size_of::<EdgeCorner<W>>() as u64;
-    let mut plan = job.shuffle_plan(size_of::<Side>(), corners);
-    // One writer here, whatever the number of threads.
-    plan.buckets = plan.buckets.min(256);
-    let what = "sides of non-manifold edges";
-    let sides = Shuffle::<Side>::new(ws, what, 0..labels.components, plan)?;
-    let mut writer = sides.writer()?;
-    let (mut edge, mut ordinal) = (None, 0u64);
-    each_cut(
-        job,
-        cuts,
-        &mut |corner: &EdgeCorner<W>, (component, flip)| {
-            if edge.replace(corner.edge()) != Some(corner.edge()) {
-                ordinal += 1;
-            }
-            tally.at(component)?.cuts += 1;
-            // The directions of the finished table: the input's, where nothing is turned. (A
-            // component turned as a whole has them all reversed, which cancels as well.)
-            let down = if !job.applies_flips() || labels.nonorientable.get(component) {
-                corner.input_down()
-            } else {
-                corner.down() ^ flip
-            };
-            writer.push(Side([component, ordinal, if down { 1 } else { u64::MAX }]))
-        },
-    )?;
-    writer.finish()?;
-    let sides = sides.finish()?;
-    let mut sorter = sides.sorter(job.sort_memory(0))?;
-    let (mut at, mut balance) = ((0, 0), 0u64);
-    sides.sorted_all(&mut sorter, &mut |batch| {
-        for &Side([component, edge, side]) in batch {
-            if at != (component, edge) {
-                if balance != 0 {
-                    tally.at(at.0)?.unbalanced = true;
-                }
-                (at, balance) = ((component, edge), 0);
-            }
-            balance = balance.wrapping_add(side);
-        }
-        Ok(())
-    })?;
-    if balance != 0 {
-        tally.at(at.0)?.unbalanced = true;
-    }
-    Ok(())
 }

@@ -17,9 +17,8 @@ use super::arrays::OutArray;
 use super::chunks::Chunked;
 use super::components::Chosen;
 use super::deferred::ChunkLabels;
-use super::graph::labels::{LabelRange, split};
+use super::graph::labels::LabelRange;
 use super::records::{EdgeCorner, Patch};
-use super::scratch_items;
 use super::stitch::Labels;
 use crate::corner::{Index, flip, flip_k};
 use crate::error::Result;
@@ -364,6 +363,9 @@ pub fn fill<I: Index, W: Index>(
     )
 }
 
+/// Rows of the lists that are held at a time.
+const LISTED: usize = 1 << 10;
+
 /// Writes the non-manifold edges and their corners, by the ids of the final table.
 ///
 /// # Errors
@@ -373,8 +375,7 @@ pub fn list_cuts<I: Index, W: Index>(
     found: &Found<W>,
     edges: u64,
 ) -> Result<[OutArray; 2]> {
-    let (cuts, labels) = (&found.chosen.cuts, &found.chosen.cut_labels);
-    let corners = cuts.len() / size_of::<EdgeCorner<W>>() as u64;
+    let corners = found.chosen.cuts.count::<W>();
     let create = |name, descr: &str, rows, bytes| {
         OutArray::create(job.dir, name, descr, &[rows], bytes, &job.ws.io)
     };
@@ -390,49 +391,45 @@ pub fn list_cuts<I: Index, W: Index>(
         corners,
         I::BYTES as u64,
     )?;
-    let mut rows: Vec<EdgeRow> = Vec::new();
+    let mut rows: Vec<EdgeRow> = Vec::with_capacity(LISTED);
+    let mut ids: Vec<I> = Vec::with_capacity(LISTED);
     let (mut rows_done, mut ids_done) = (0, 0);
-    let mut ids: Vec<I> = Vec::new();
-    let mut words: Vec<W> = Vec::new();
-    scratch_items(
-        job.ws,
-        cuts,
-        0,
-        cuts.len(),
-        &mut |batch: &[EdgeCorner<W>]| {
-            // The last row may go on; all before it are complete.
-            let complete = rows.len().saturating_sub(1);
-            edge_file.write(rows_done, &rows[..complete])?;
-            rows_done += complete as u64;
-            rows.drain(..complete);
-            ids.clear();
-            words.resize(batch.len(), W::NONE);
-            labels.read_at(
-                bytemuck::cast_slice_mut(&mut words),
-                ids_done * W::BYTES as u64,
-            )?;
-            for (corner, &label) in batch.iter().zip(&words) {
-                let turn = found.turn(job, split(label));
-                let flipped = turn.is_some_and(|turn| turn ^ corner.flipped());
-                let place = flip_k(corner.place() as usize, flipped) as u64;
-                let id = 3 * corner.triangle() + place;
-                ids.push(I::of(id));
-                let (lo, hi) = corner.edge();
-                match rows.last_mut() {
-                    Some(row) if (row.lo, row.hi) == (lo, hi) => row.corners += 1,
-                    _ => rows.push(EdgeRow {
-                        lo,
-                        hi,
-                        corners: 1,
-                        first_corner: id,
-                    }),
-                }
+    found
+        .chosen
+        .cuts
+        .each(job, &mut |corner: &EdgeCorner<W>, label| {
+            if ids.len() == LISTED {
+                corner_file.write(ids_done, &ids)?;
+                ids_done += ids.len() as u64;
+                ids.clear();
             }
-            corner_file.write(ids_done, &ids)?;
-            ids_done += ids.len() as u64;
+            let turn = found.turn(job, label);
+            let flipped = turn.is_some_and(|turn| turn ^ corner.flipped());
+            let place = flip_k(corner.place() as usize, flipped) as u64;
+            let id = 3 * corner.triangle() + place;
+            ids.push(I::of(id));
+            let (lo, hi) = corner.edge();
+            match rows.last_mut() {
+                Some(row) if (row.lo, row.hi) == (lo, hi) => {
+                    row.corners += 1;
+                    return Ok(());
+                }
+                _ => {}
+            }
+            if rows.len() == LISTED {
+                edge_file.write(rows_done, &rows)?;
+                rows_done += rows.len() as u64;
+                rows.clear();
+            }
+            rows.push(EdgeRow {
+                lo,
+                hi,
+                corners: 1,
+                first_corner: id,
+            });
             Ok(())
-        },
-    )?;
+        })?;
+    corner_file.write(ids_done, &ids)?;
     edge_file.write(rows_done, &rows)?;
     if rows_done + rows.len() as u64 != edges {
         let what = format!(

@@ -15,6 +15,7 @@ pub mod arrays;
 pub mod chunks;
 pub mod components;
 pub mod coords;
+pub mod cuts;
 pub mod deferred;
 pub mod finish;
 pub mod graph;
@@ -39,6 +40,7 @@ pub use staging::parent;
 
 use self::chunks::Chunked;
 use self::graph::contract::Size;
+use self::graph::labels::{Labels, labels_of};
 use self::plan::{MIN_SORT, Plan, Shape, Strategy};
 use self::records::EdgeCorner;
 use crate::corner::Index;
@@ -128,6 +130,25 @@ impl Job<'_> {
             expected,
             sort,
         )
+    }
+
+    /// The same for a shuffle with one writer, whatever the number of threads.
+    fn single_plan(&self, record_bytes: usize, expected: u64) -> shuffle::Plan {
+        let mut plan = self.shuffle_plan(record_bytes, expected);
+        plan.buckets = plan.buckets.min(256);
+        plan
+    }
+
+    /// The labels of the local components that a file lists, in its order.
+    fn labels_in_order<W: Index>(
+        &self,
+        labels: &Labels<W>,
+        chunked: &Chunked,
+        locals: &ScratchFile,
+    ) -> Result<ScratchFile> {
+        let plan = self.single_plan(2 * W::BYTES, locals.len() / W::BYTES as u64);
+        let sort = self.sort_memory(2 * writer_bytes(&plan));
+        labels_of(self.ws, labels, (locals, chunked.locals()), plan, sort)
     }
 
     /// Memory of one thread's sorter when `reserved` bytes more are still to be drawn.

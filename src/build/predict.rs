@@ -40,7 +40,7 @@ pub struct Prediction {
     /// A budget that suffices, close to the least that does, in bytes.
     pub least_memory: u64,
     /// A budget with which labels stay in memory in the worst order, in bytes.
-    pub worst_memory: u64,
+    pub label_memory: u64,
     /// How the budget would be cut up (the least one, when it is too small).
     pub plan: Plan,
     /// The arrays of the folder, without checksums.
@@ -102,7 +102,7 @@ impl Prediction {
         Ok(Prediction {
             memory: sizes.memory,
             least_memory: least,
-            worst_memory: enough(&shape, triangles)?,
+            label_memory: enough(&shape, triangles)?,
             plan,
             output: data + manifest,
             scratch: coherent.scratch(),
@@ -127,7 +127,7 @@ impl Prediction {
             triangles, threads, ..
         } = self.shape;
         Err(Error::Budget {
-            what: format!("{triangles} coherent triangles on {threads} threads"),
+            what: format!("{triangles} triangles on {threads} threads"),
             need: self.least_memory,
             have: self.memory,
         })

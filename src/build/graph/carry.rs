@@ -10,8 +10,9 @@
 //! words and labels of the nodes once, questions and answers once.
 
 use super::bits::Bits;
-use super::contract::{Answer, Back, Left, Size, Tree};
+use super::contract::{Left, Size};
 use super::labels::Labels;
+use super::records::{Answer, Back, Tree};
 use crate::corner::Index;
 use crate::disk::{ScratchFile, Workspace};
 use crate::error::{Error, Result};

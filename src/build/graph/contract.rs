@@ -26,17 +26,17 @@
 //!
 //! Why it is bounded: a hub's links are read a block at a time, twice, and never held. Memory:
 //! [`Size`]. I/O: two words a link, written once and read twice; the same for each link that is
-//! sent on (about one a node for a mesh in random order); four words a group; 4 bytes and a
+//! sent on (about two a node for a mesh in random order); four words a group; 4 bytes and a
 //! word a node.
 
 use super::carry::carry;
 use super::labels::Labels;
+use super::records::{Back, Said, Sent, Tree};
 use super::stop::{Least, Stop};
 use crate::corner::Index;
 use crate::disk::{Lease, ScratchFile, Workspace};
 use crate::error::{Error, Result};
-use crate::shuffle::{Buckets, Plan, Record, Relay, Shuffle, Writer};
-use bytemuck::{Pod, Zeroable};
+use crate::shuffle::{Buckets, Plan, Relay, Shuffle, Writer};
 
 /// How the memory of a contraction is divided. Nothing of it shows in the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +53,8 @@ pub struct Size {
 
 /// Runs of so many nodes stay in a core's second-level cache.
 const CACHED: u32 = 16;
+/// More links than 2 to this are not remembered: looking them up would cost more than it saves.
+const RECENT: u32 = 14;
 /// A stop of a relay with one level has a block of this many bytes.
 const STOP_BLOCK: u64 = 16 << 10;
 
@@ -75,7 +77,7 @@ impl Size {
             shift: wanted.max(CACHED).min(most),
             relay,
             trees: memory / 16,
-            recent: 1 << (memory / 16 / (2 * width)).max(2).ilog2(),
+            recent: 1 << (memory / 16 / (2 * width)).max(2).ilog2().min(RECENT),
         }
     }
 }
@@ -97,127 +99,6 @@ pub struct Swept {
     pub crowd: u64,
     /// Whole components.
     pub sets: u64,
-}
-
-/// What waits at a stop, by node: a link to a larger node (`4 * node + 2 * parity`), or the
-/// smallest node of a part that was merged into this one (`8 * node + 4 * conflict + 2 * flip + 1`).
-#[repr(transparent)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Sent<W>([W; 2]);
-
-impl<W: Index> Record for Sent<W> {
-    const LEVELS: usize = 1;
-    #[inline]
-    fn key(&self, _: usize) -> u64 {
-        self.0[0].wide()
-    }
-}
-
-/// What a record says.
-enum Said {
-    Link(u64, u64, bool),
-    Told(u64, Least),
-}
-
-impl<W: Index> Sent<W> {
-    #[inline]
-    fn link(a: u64, b: u64, parity: bool) -> Self {
-        Sent([W::of(a), W::of(b << 2 | u64::from(parity) << 1)])
-    }
-
-    fn told(to: u64, least: Least) -> Self {
-        let bits = u64::from(least.conflict) << 2 | u64::from(least.flip) << 1 | 1;
-        Sent([W::of(to), W::of(least.node << 3 | bits)])
-    }
-
-    #[inline]
-    fn said(&self) -> Said {
-        let [at, word] = self.0.map(W::wide);
-        if word & 1 == 0 {
-            return Said::Link(at, word >> 2, word & 2 != 0);
-        }
-        let least = Least {
-            node: word >> 3,
-            flip: word & 2 != 0,
-            conflict: word & 4 != 0,
-        };
-        Said::Told(at, least)
-    }
-}
-
-/// A component whose links are all used up: its smallest node; `4 * root + 2 * conflict + flip`,
-/// where the root is the node that knows it.
-#[repr(transparent)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(super) struct Tree<W>([W; 2]);
-
-impl<W: Index> Record for Tree<W> {
-    const LEVELS: usize = 1;
-    #[inline]
-    fn key(&self, _: usize) -> u64 {
-        self.0[0].wide()
-    }
-}
-
-impl<W: Index> Tree<W> {
-    fn new(root: u64, least: Least) -> Self {
-        let bits = u64::from(least.conflict) << 1 | u64::from(least.flip);
-        Tree([W::of(least.node), W::of(root << 2 | bits)])
-    }
-
-    /// (root, flip, conflict).
-    pub(super) fn get(&self) -> (u64, bool, bool) {
-        let word = self.0[1].wide();
-        (word >> 2, word & 1 == 1, word & 2 != 0)
-    }
-}
-
-/// What waits to be carried back, by node counted from the last to the first: a child's
-/// question to its parent (`4 * child + 2 * parity`), or a label (`2 * label + 1`).
-#[repr(transparent)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(super) struct Back<W>([W; 2]);
-
-impl<W: Index> Record for Back<W> {
-    const LEVELS: usize = 1;
-    #[inline]
-    fn key(&self, _: usize) -> u64 {
-        self.0[0].wide()
-    }
-}
-
-/// What a record that is carried back says.
-pub(super) enum Answer {
-    /// A child asks, with the parity against its parent.
-    Ask(u64, bool),
-    /// The label of this node.
-    Label(u64),
-}
-
-impl<W: Index> Back<W> {
-    /// The node, mirrored.
-    #[inline]
-    pub(super) fn node(&self) -> u64 {
-        self.0[0].wide()
-    }
-
-    pub(super) fn ask(mirrored: u64, child: u64, parity: bool) -> Self {
-        Back([W::of(mirrored), W::of(child << 2 | u64::from(parity) << 1)])
-    }
-
-    pub(super) fn label(mirrored: u64, label: u64) -> Self {
-        Back([W::of(mirrored), W::of(label << 1 | 1)])
-    }
-
-    #[inline]
-    pub(super) fn says(&self) -> Answer {
-        let word = self.0[1].wide();
-        if word & 1 == 1 {
-            Answer::Label(word >> 1)
-        } else {
-            Answer::Ask(word >> 2, word & 2 != 0)
-        }
-    }
 }
 
 /// Links that were sent on lately, by a hash of their ends: a link is not sent twice while it

@@ -9,6 +9,7 @@ mod carry;
 pub mod contract;
 pub mod forest;
 pub mod labels;
+mod records;
 mod stop;
 #[cfg(test)]
 mod tests;

@@ -16,7 +16,7 @@ pub struct Stop<W> {
     start: u64,
     forest: Forest<u32>,
     /// For a root: `2 * node + flip` of the largest node behind the run that its group is
-    /// linked to; 0 is none.
+    /// linked to; 0 is none. Once the run is flat, the same for every node.
     best: Vec<W>,
     /// For a root: `4 * node + 2 * conflict + flip` of the smallest node that was merged into its
     /// group here or before.
@@ -132,6 +132,12 @@ impl<W: Index> Stop<W> {
     /// Ends the joining inside the run; call it before what follows.
     pub fn flatten(&mut self) {
         self.forest.flatten();
+        for (i, word) in self.forest.words().iter().enumerate() {
+            let best = self.best[*word as usize >> 1].wide();
+            if best != 0 {
+                self.best[i] = W::of(best ^ u64::from(word & 1));
+            }
+        }
     }
 
     /// The word of each node: `2 * root + flip`, counted from the first node of the run.
@@ -146,12 +152,11 @@ impl<W: Index> Stop<W> {
         if b < self.end() {
             return None;
         }
-        let word = u64::from(self.forest.words()[(a - self.start) as usize]);
-        let best = self.best[(word >> 1) as usize].wide();
-        let parity = parity ^ ((word ^ best) & 1 == 1);
+        let best = self.best[(a - self.start) as usize].wide();
+        let parity = parity ^ (best & 1 == 1);
         if b == best >> 1 {
             if parity {
-                self.conflict(word >> 1);
+                self.contradict(a);
             }
             return None;
         }

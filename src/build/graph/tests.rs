@@ -257,7 +257,7 @@ fn graph(kind: &str, n: u64, numbered: u8, wrong: u64, seed: u64) -> Graph {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
     fn equals_a_walk(
@@ -317,11 +317,11 @@ fn nothing_is_no_set() {
 #[test]
 fn hubs_are_streamed() {
     for numbered in 0..4 {
-        let swept = check(&graph("star", 20_000, numbered, 0, 9), &tiny(4));
-        assert_eq!((swept.stops, swept.sets), (1250, 1));
-        assert!(swept.poured > 20_000, "one level: {swept:?}");
+        let swept = check(&graph("star", 8_000, numbered, 0, 9), &tiny(4));
+        assert_eq!((swept.stops, swept.sets), (500, 1));
+        assert!(swept.poured > 8_000, "one level: {swept:?}");
         // The least hub's links wait at one stop; the largest takes each where it is.
-        let crowded = if numbered == 0 { 19_900 } else { 1250 };
+        let crowded = if numbered == 0 { 7_900 } else { 500 };
         assert!(swept.crowd >= crowded, "{swept:?}");
     }
 }
@@ -332,17 +332,18 @@ fn large_graphs_of_every_kind() {
     for kind in KINDS {
         for numbered in [0, 1, 3] {
             for wrong in [0, 1] {
-                let graph = graph(kind, 20_000, numbered, wrong, 4);
+                let graph = graph(kind, 8_000, numbered, wrong, 4);
                 let size = Size {
+                    relay: 32 << 10,
                     recent: 256,
                     ..tiny(6)
                 };
                 let swept = check(&graph, &size);
-                assert_eq!(swept.stops, 313);
+                assert_eq!(swept.stops, 125);
                 let most = 20 * graph.links.len() as u64;
                 assert!(swept.resent <= most, "{kind} {numbered}: {swept:?}");
                 if kind == "two of each" && numbered == 3 {
-                    assert!(swept.dropped > 1000, "{swept:?}");
+                    assert!(swept.dropped > 400, "{swept:?}");
                 }
             }
         }

@@ -44,15 +44,12 @@ impl Union {
 }
 
 /// Counts the sets that pairs leave.
-pub enum Joins<'a, W: Index> {
-    /// In memory.
-    Memory(Memory),
-    /// By contraction.
-    Contract(Contraction<'a, W>),
-}
+pub struct Joins<'a, W: Index>(Kind<'a, W>);
 
-/// Sets in memory.
-pub struct Memory(Union);
+enum Kind<'a, W: Index> {
+    Memory(Union),
+    Contract(Box<Contraction<'a, W>>),
+}
 
 impl<'a, W: Index> Joins<'a, W> {
     /// Bytes of so many sets in memory.
@@ -65,10 +62,10 @@ impl<'a, W: Index> Joins<'a, W> {
     /// # Errors
     /// [`crate::Error::Budget`].
     pub fn new(ws: &'a Workspace, count: u64, contract: Option<Size>) -> Result<Self> {
-        Ok(match contract {
-            None => Joins::Memory(Memory(Union::new(&ws.budget, count)?)),
-            Some(size) => Joins::Contract(Contraction::new(ws, count, size)?),
-        })
+        Ok(Joins(match contract {
+            None => Kind::Memory(Union::new(&ws.budget, count)?),
+            Some(size) => Kind::Contract(Box::new(Contraction::new(ws, count, size)?)),
+        }))
     }
 
     /// Joins the sets of a and b.
@@ -76,12 +73,12 @@ impl<'a, W: Index> Joins<'a, W> {
     /// # Errors
     /// Those of [`Contraction::link`].
     pub fn join(&mut self, a: u64, b: u64) -> Result<()> {
-        match self {
-            Joins::Memory(Memory(union)) => {
+        match &mut self.0 {
+            Kind::Memory(union) => {
                 union.join(a, b);
                 Ok(())
             }
-            Joins::Contract(graph) => graph.link(a, b, false),
+            Kind::Contract(graph) => graph.link(a, b, false),
         }
     }
 
@@ -90,9 +87,9 @@ impl<'a, W: Index> Joins<'a, W> {
     /// # Errors
     /// Those of [`Contraction::count`].
     pub fn sets(self) -> Result<u64> {
-        match self {
-            Joins::Memory(Memory(union)) => Ok(union.sets),
-            Joins::Contract(graph) => graph.count(),
+        match self.0 {
+            Kind::Memory(union) => Ok(union.sets),
+            Kind::Contract(graph) => graph.count(),
         }
     }
 }
