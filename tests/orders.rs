@@ -17,7 +17,7 @@ use common::naive::Orient;
 use common::npy::Npy;
 use common::readers;
 use cornermill::Error;
-use cornermill::build::{BuildReport, Builder, IndexChoice};
+use cornermill::build::{BuildReport, Builder, IndexChoice, Strategy};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -26,7 +26,13 @@ type Variant = (&'static str, fn(Builder) -> Builder);
 
 /// The strategies between which a build chooses. One that can be asked for joins here, and every
 /// test of this file, in ample memory and in little, runs each.
-const STRATEGIES: [Variant; 1] = [("the strategy that it chooses", |b| b)];
+const STRATEGIES: [Variant; 5] = [
+    ("the strategy that it chooses", |b| b),
+    ("cells by place", |b| b.strategy(Strategy::ByPlace)),
+    ("cells by id", |b| b.strategy(Strategy::ById)),
+    ("file order", |b| b.strategy(Strategy::Memory)),
+    ("file order, contracted", |b| b.strategy(Strategy::Contract)),
+];
 
 /// What must not show in the folder besides. A new knob of the builder joins here.
 const VARIANTS: [Variant; 7] = [

@@ -11,7 +11,7 @@
 use super::Job;
 use super::arrays::OutArray;
 use super::chunks::Chunked;
-use super::cuts::Cuts;
+use super::cuts::{CutCount, Cuts};
 use super::deferred::{Deferred, measure_deferred};
 use super::graph::bits::Bits;
 use super::graph::labels::split;
@@ -83,7 +83,13 @@ pub fn components<W: Index>(
     let tally = ws.budget.free() / 16 / threads;
     sum(&pieces, tally)?;
     let cuts = Cuts::sorted(job, &given.nodes, given.labels, given.cuts)?;
-    sum_seams(job, given, &pieces, tally, &cuts, counts)?;
+    sum_borders(job, given, &pieces, tally)?;
+    counts.components_joined = if cuts.is_empty() {
+        number
+    } else {
+        cuts.join::<W>(job, number)?
+    };
+    let mut cut_counts = cuts.counts(job, given.labels)?;
     let pieces = pieces.finish()?;
     let mut flip = Bits::new(&ws.budget, "flips by component", number)?;
     let table = OutArray::create(
@@ -105,7 +111,8 @@ pub fn components<W: Index>(
             );
             return Err(crate::Error::Internal(what));
         }
-        let (row, against) = decide(job, given, component, sums);
+        let cut = cut_counts.of(component)?;
+        let (row, against) = decide(job, given, component, (sums, &cut));
         if against {
             flip.set(component);
         }
@@ -123,11 +130,16 @@ pub fn components<W: Index>(
 }
 
 /// The orientation and the row of one component.
-fn decide<W: Index>(job: &Job, given: &Given<W>, component: u64, s: &Sums) -> (ComponentRow, bool) {
+fn decide<W: Index>(
+    job: &Job,
+    given: &Given<W>,
+    component: u64,
+    (s, cut): (&Sums, &CutCount),
+) -> (ComponentRow, bool) {
     let m = &s.measure;
     let orientable = !given.labels.nonorientable.get(component);
-    let closed = s.borders == 0 && s.cuts == 0;
-    let watertight = closed || (s.borders == 0 && !s.unbalanced);
+    let closed = s.borders == 0 && cut.cuts == 0;
+    let watertight = closed || (s.borders == 0 && cut.unbalanced == 0);
     let measured = job.g.is_some() && !m.nonfinite;
     let by_volume = job.orient == Orient::Outward
         && orientable
@@ -159,9 +171,9 @@ fn decide<W: Index>(job: &Job, given: &Given<W>, component: u64, s: &Sums) -> (C
         triangles: s.triangles,
         flipped,
         // Each of the other corners shares its edge with one more.
-        edges: (3 * s.triangles - s.borders - s.cuts) / 2 + s.borders + s.cuts,
+        edges: (3 * s.triangles - s.borders - cut.cuts) / 2 + s.borders + cut.cuts,
         border_edges: s.borders,
-        cut_edges: s.cuts,
+        cut_edges: cut.cuts,
         orientable: u8::from(orientable),
         closed: u8::from(closed),
         watertight: u8::from(watertight),
@@ -217,6 +229,10 @@ pub fn sum_chunks<I: Index, W: Index, X: Coord>(
         },
         |(tally, range), chunk| {
             let info = &chunked.infos[chunk as usize];
+            if job.g.is_some() && info.measures_at.is_none() {
+                // Counted when it was measured.
+                return Ok(());
+            }
             let (first, base) = (job.chunk_range(chunk).0, chunked.base[chunk as usize]);
             let bytes = u64::from(info.locals) * size_of::<LocalCount>() as u64;
             let mut local = base;
@@ -224,13 +240,7 @@ pub fn sum_chunks<I: Index, W: Index, X: Coord>(
                 range.load(local..local + counts.len() as u64)?;
                 for count in counts as &[LocalCount] {
                     let (component, flip) = range.get(local);
-                    let sums = tally.at(component)?;
-                    let borders = count.borders & !LocalCount::CONFLICT;
-                    let (triangles, flipped) = (count.triangles, count.flipped);
-                    sums.first = sums.first.min(first + u64::from(count.first));
-                    sums.triangles += u64::from(triangles);
-                    sums.flipped += u64::from(if flip { triangles - flipped } else { flipped });
-                    sums.borders += u64::from(borders);
+                    tally.at(component)?.count(count, first, flip);
                     local += 1;
                 }
                 Ok(())
@@ -254,14 +264,12 @@ pub fn sum_chunks<I: Index, W: Index, X: Coord>(
     )
 }
 
-/// Sums what the seams found: borders, and the corners on non-manifold edges.
-fn sum_seams<W: Index>(
+/// Sums the borders that the seams found.
+fn sum_borders<W: Index>(
     job: &Job,
     given: &Given<W>,
     pieces: &Shuffle<Piece>,
     memory: u64,
-    cuts: &Cuts,
-    counts: &mut Counts,
 ) -> Result<()> {
     let (ws, components) = (job.ws, given.labels.components);
     let borders = job.labels_in_order(given.labels, &given.nodes, given.borders)?;
@@ -272,11 +280,5 @@ fn sum_seams<W: Index>(
         }
         Ok(())
     })?;
-    drop(borders);
-    counts.components_joined = components;
-    if !cuts.is_empty() {
-        counts.components_joined = cuts.join::<W>(job, components)?;
-        cuts.sum(job, given.labels, &mut tally)?;
-    }
     tally.finish()
 }

@@ -9,15 +9,15 @@
 //! Memory: sorters and writers; 8 bytes a component, or a contraction. I/O: the corners twice
 //! more, a word for the label of each, 24 bytes for its side.
 
+use super::appender::{Appender, BLOCK};
 use super::graph::labels::{Labels, split};
 use super::graph::union::Joins;
 use super::nodes::Nodes;
 use super::plan::Strategy;
 use super::records::EdgeCorner;
-use super::tally::Tally;
 use super::{Job, SCRATCH_BLOCK, contraction_size, scratch_items};
 use crate::corner::Index;
-use crate::disk::ScratchFile;
+use crate::disk::{Budget, Lease, ScratchFile};
 use crate::error::Result;
 use crate::shuffle::{Buckets, Record, Shuffle};
 use bytemuck::{Pod, Zeroable};
@@ -138,22 +138,58 @@ impl Cuts {
     }
 
     /// Counts the corners of each component, and finds the components whose corners do not
-    /// cancel at some edge.
+    /// cancel at some edge: [`CutCount`]s by component, ascending.
     ///
     /// # Errors
     /// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`].
-    pub fn sum<W: Index>(&self, job: &Job, labels: &Labels<W>, tally: &mut Tally) -> Result<()> {
+    pub fn counts<W: Index>(&self, job: &Job, labels: &Labels<W>) -> Result<CutCounts> {
         let ws = job.ws;
+        let file = ws
+            .scratch
+            .file("corners of components at non-manifold edges")?;
+        let sides = self.sides(job, labels)?;
+        let _lease = ws.budget.lease("counts of corners", BLOCK as u64)?;
+        let mut counts = Appender::<CutCount>::new(&file);
+        let (mut at, mut balance) = ((0, 0), 0u64);
+        let mut now = CutCount::zeroed();
+        let mut sorter = sides.sorter(job.sort_memory(0))?;
+        sides.sorted_all(&mut sorter, &mut |batch| {
+            for &Side([component, edge, side]) in batch {
+                if at != (component, edge) {
+                    now.unbalanced |= u64::from(balance != 0);
+                    (at, balance) = ((component, edge), 0);
+                }
+                if now.component != component {
+                    if now.cuts > 0 {
+                        counts.push(now)?;
+                    }
+                    now = CutCount::zeroed();
+                    now.component = component;
+                }
+                now.cuts += 1;
+                balance = balance.wrapping_add(side);
+            }
+            Ok(())
+        })?;
+        now.unbalanced |= u64::from(balance != 0);
+        if now.cuts > 0 {
+            counts.push(now)?;
+        }
+        counts.flush()?;
+        CutCounts::new(&ws.budget, file)
+    }
+
+    /// The corners by component and edge, each with its direction.
+    fn sides<W: Index>(&self, job: &Job, labels: &Labels<W>) -> Result<Buckets<Side>> {
         let plan = job.single_plan(size_of::<Side>(), self.count::<W>());
-        let what = "sides of non-manifold edges";
-        let sides = Shuffle::<Side>::new(ws, what, 0..labels.components, plan)?;
+        let (what, keys) = ("sides of non-manifold edges", 0..labels.components.max(1));
+        let sides = Shuffle::<Side>::new(job.ws, what, keys, plan)?;
         let mut writer = sides.writer()?;
         let (mut edge, mut ordinal) = (None, 0u64);
         self.each(job, &mut |corner: &EdgeCorner<W>, (component, flip)| {
             if edge.replace(corner.edge()) != Some(corner.edge()) {
                 ordinal += 1;
             }
-            tally.at(component)?.cuts += 1;
             // The directions of the finished table: the input's, where nothing is turned. (A
             // component turned as a whole has them all reversed, which cancels as well.)
             let down = if !job.applies_flips() || labels.nonorientable.get(component) {
@@ -164,24 +200,69 @@ impl Cuts {
             writer.push(Side([component, ordinal, if down { 1 } else { u64::MAX }]))
         })?;
         writer.finish()?;
-        let sides = sides.finish()?;
-        let mut sorter = sides.sorter(job.sort_memory(0))?;
-        let (mut at, mut balance) = ((0, 0), 0u64);
-        sides.sorted_all(&mut sorter, &mut |batch| {
-            for &Side([component, edge, side]) in batch {
-                if at != (component, edge) {
-                    if balance != 0 {
-                        tally.at(at.0)?.unbalanced = true;
-                    }
-                    (at, balance) = ((component, edge), 0);
-                }
-                balance = balance.wrapping_add(side);
-            }
-            Ok(())
-        })?;
-        if balance != 0 {
-            tally.at(at.0)?.unbalanced = true;
+        sides.finish()
+    }
+}
+
+/// What a component has to do with non-manifold edges.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct CutCount {
+    component: u64,
+    /// Its corners on them.
+    pub cuts: u64,
+    /// 1 when its corners do not cancel at some edge.
+    pub unbalanced: u64,
+}
+
+/// [`CutCount`]s, asked for in ascending order of components.
+pub struct CutCounts {
+    file: ScratchFile,
+    block: Vec<CutCount>,
+    next: usize,
+    at: u64,
+    _lease: Lease,
+}
+
+impl CutCounts {
+    /// Counts read at a time.
+    const READ: usize = 1 << 10;
+
+    fn new(budget: &Budget, file: ScratchFile) -> Result<CutCounts> {
+        let bytes = (Self::READ * size_of::<CutCount>()) as u64;
+        Ok(CutCounts {
+            _lease: budget.lease("counts of corners", bytes)?,
+            file,
+            block: Vec::new(),
+            next: 0,
+            at: 0,
+        })
+    }
+
+    /// The count of a component, which is greater than all that were asked for before.
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`].
+    pub fn of(&mut self, component: u64) -> Result<CutCount> {
+        if self.next == self.block.len() {
+            let item = size_of::<CutCount>() as u64;
+            let left = (self.file.len() - self.at) / item;
+            self.block
+                .resize((Self::READ as u64).min(left) as usize, CutCount::zeroed());
+            let bytes = bytemuck::cast_slice_mut(&mut self.block);
+            self.file.read_at(bytes, self.at)?;
+            self.at += self.block.len() as u64 * item;
+            self.next = 0;
         }
-        Ok(())
+        match self.block.get(self.next) {
+            Some(&count) if count.component == component => {
+                self.next += 1;
+                Ok(count)
+            }
+            _ => Ok(CutCount {
+                component,
+                ..CutCount::zeroed()
+            }),
+        }
     }
 }
