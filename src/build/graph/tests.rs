@@ -131,6 +131,7 @@ fn contract<W: Index>(graph: &Graph, size: &Size, expected: &Answer) -> Swept {
     let plan = Plan {
         buckets: 3,
         buffer_bytes: 64,
+        volume: size_of_val(&asked[..]) as u64,
     };
     let told = labels_of(&ws, &labels, (&list, graph.nodes), plan, 64 << 10).unwrap();
     let mut words = vec![W::NONE; asked.len()];
