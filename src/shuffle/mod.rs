@@ -23,7 +23,9 @@
 mod buckets;
 mod layout;
 mod plan;
+mod pool;
 mod radix;
+mod relay;
 mod sorter;
 mod split;
 #[cfg(test)]
@@ -32,6 +34,7 @@ mod writer;
 
 pub use buckets::Buckets;
 pub use plan::{Plan, tail};
+pub use relay::Relay;
 pub use sorter::Sorter;
 pub use writer::{Shuffle, Writer};
 
