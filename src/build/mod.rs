@@ -16,6 +16,7 @@ pub mod components;
 pub mod coords;
 pub mod deferred;
 pub mod finish;
+pub mod graph;
 pub mod plan;
 pub mod records;
 pub mod scan;
