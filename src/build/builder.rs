@@ -1,7 +1,7 @@
 //! The builder: the same options as the command line, and the one call that runs a build.
 
 use super::pipeline::{BuildReport, Clock, Wishes, check_width, run};
-use super::plan::check_least;
+use super::plan::{Strategy, check_least};
 use super::predict::{Prediction, Sizes};
 use super::staging::{Staging, parent};
 use crate::chunk::pair::MAX_CHUNK;
@@ -39,6 +39,7 @@ pub struct Builder {
     force: bool,
     chunk: Option<u64>,
     buckets: Option<usize>,
+    strategy: Strategy,
     progress: Arc<dyn Progress>,
 }
 
@@ -69,6 +70,7 @@ impl Builder {
             force: false,
             chunk: None,
             buckets: None,
+            strategy: Strategy::Auto,
             progress: Arc::new(NoProgress),
         }
     }
@@ -177,6 +179,13 @@ impl Builder {
         self
     }
 
+    /// For tests: how local components are joined. The output does not depend on it.
+    #[doc(hidden)]
+    pub fn strategy(mut self, strategy: Strategy) -> Self {
+        self.strategy = strategy;
+        self
+    }
+
     /// Builds the folder `output`.
     ///
     /// # Errors
@@ -202,6 +211,7 @@ impl Builder {
             coords: request.coords,
             chunk: self.chunk,
             buckets: self.buckets,
+            strategy: self.strategy,
         };
         run(clock, &mesh, &wishes, staging)
     }

@@ -24,6 +24,7 @@ use crate::corner::{Index, flip_k, next_k, prev_k};
 use crate::disk::{Lease, ScratchFile};
 use crate::error::Result;
 use crate::shuffle::{Shuffle, Writer};
+use std::ops::Range;
 use std::sync::Mutex;
 
 /// What later passes need to know of a chunk.
@@ -40,6 +41,8 @@ pub struct ChunkInfo {
     pub measures_at: Option<u64>,
     /// True when the swirl flipped a triangle in it.
     pub flips: bool,
+    /// True when a local component in it contradicts itself.
+    pub conflicts: bool,
 }
 
 /// What the chunk pass found in all chunks together.
@@ -186,6 +189,17 @@ pub fn table_bytes(chunks: u64) -> u64 {
 }
 
 impl Chunked {
+    /// Number of local components.
+    pub fn locals(&self) -> u64 {
+        *self.base.last().unwrap_or(&0)
+    }
+
+    /// The local components of a chunk, numbered through the mesh.
+    pub fn locals_of(&self, chunk: u64) -> Range<u64> {
+        let base = self.base[chunk as usize];
+        base..base + u64::from(self.infos[chunk as usize].locals)
+    }
+
     /// Bytes of the table of chunks.
     pub fn table_bytes(&self) -> u64 {
         self.lease.bytes()
@@ -314,6 +328,7 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
                 flipped: c.flipped,
                 borders: c.borders | if c.conflict { LocalCount::CONFLICT } else { 0 },
             }));
+        let conflicts = swirl.components.iter().any(|c| c.conflict);
         let flips = swirl.any_flip();
         if flips {
             pack_flips(&swirl.label, &mut self.bits);
@@ -325,6 +340,7 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
             counts_at: out.counts.append(bytemuck::cast_slice(&self.counts))?,
             measures_at: self.measure(job, grid, out)?,
             flips,
+            conflicts,
         })
     }
 

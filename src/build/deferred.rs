@@ -11,6 +11,7 @@
 use super::Job;
 use super::arrays::{CoordReader, OutArray, TriangleReader};
 use super::chunks::Chunked;
+use super::graph::labels::LabelRange;
 use super::stitch::Labels;
 use super::tally::{Piece, Tally};
 use crate::chunk::grid::Grid;
@@ -160,7 +161,7 @@ pub fn measure_deferred<I: Index, W: Index, X: Coord>(
         let _lease = ws.budget.lease("chunks measured again", bytes)?;
         ws.workers.run(
             chunks.len() as u64,
-            || Near::<I, X>::new(d, g, &asks),
+            || Near::<I, W, X>::new(d, g, &asks),
             |near, unit| near.chunk(d, chunks[unit as usize]),
             |near| {
                 near.asks.finish()?;
@@ -195,32 +196,36 @@ pub fn measure_deferred<I: Index, W: Index, X: Coord>(
 }
 
 /// One thread that measures chunks whose vertices are near, and asks for the others.
-struct Near<'a, I, X> {
+struct Near<'a, I, W, X> {
     reader: TriangleReader<'a, I>,
     coords: CoordReader<'a, X>,
     ids: LocalIds,
     labels: ChunkLabels<I>,
+    range: LabelRange<'a, W>,
     tally: Tally<'a>,
     asks: Writer<'a, Ask>,
 }
 
-impl<'a, I: Index, X: Coord> Near<'a, I, X> {
-    fn new<W>(d: &Deferred<'a, W>, g: &'a CoordArray, asks: &'a Shuffle<Ask>) -> Result<Self> {
+impl<'a, I: Index, W: Index, X: Coord> Near<'a, I, W, X> {
+    fn new(d: &Deferred<'a, W>, g: &'a CoordArray, asks: &'a Shuffle<Ask>) -> Result<Self> {
         let (budget, components) = (&d.job.ws.budget, d.labels.components);
         Ok(Near {
             reader: TriangleReader::new(&d.job.mesh.v),
             coords: CoordReader::new(g),
             ids: LocalIds::default(),
             labels: ChunkLabels::new(),
+            range: d.labels.range(budget, d.job.plan.chunk)?,
             tally: Tally::new(budget, d.tally, components, d.pieces)?,
             asks: asks.writer()?,
         })
     }
 
-    fn chunk<W: Index>(&mut self, d: &Deferred<W>, chunk: u64) -> Result<()> {
+    fn chunk(&mut self, d: &Deferred<W>, chunk: u64) -> Result<()> {
         let (start, count) = d.job.chunk_range(chunk);
         self.labels.load(d.job, d.chunked, d.component, chunk)?;
-        let base = d.chunked.base[chunk as usize];
+        let locals = d.chunked.locals_of(chunk);
+        let base = locals.start;
+        self.range.load(locals)?;
         let step = d.job.plan.again;
         (0..count).step_by(step as usize).try_for_each(|from| {
             let some = step.min(count - from);
@@ -230,7 +235,7 @@ impl<'a, I: Index, X: Coord> Near<'a, I, X> {
 
     /// Measures `count` triangles of a chunk that begins with triangle `start`, from its
     /// triangle `from`.
-    fn part<W: Index>(
+    fn part(
         &mut self,
         d: &Deferred<W>,
         base: u64,
@@ -256,7 +261,7 @@ impl<'a, I: Index, X: Coord> Near<'a, I, X> {
                 continue;
             }
             if let Some(positions) = near {
-                let (component, flip) = d.labels.get(base + label.wide());
+                let (component, flip) = self.range.get(base + label.wide());
                 let corners = local.map(|v| positions[v as usize].map(Coord::wide));
                 let flipped = flip ^ self.labels.flipped(i);
                 self.tally
@@ -319,16 +324,19 @@ fn sum_answers<I: Index, W: Index>(
         "labels",
         threads * d.job.plan.chunk * ChunkLabels::<I>::BYTES,
     )?;
-    let memory = d.job.sort_memory(threads * (d.tally + d.job.plan.writer));
+    let range = d.labels.range_bytes(d.job.plan.chunk);
+    let reserved = threads * (d.tally + range + d.job.plan.writer);
+    let memory = d.job.sort_memory(reserved);
     ws.workers.run(
         answers.count(),
         || {
             let (budget, components) = (&ws.budget, d.labels.components);
             let tally = Tally::new(budget, d.tally, components, d.pieces)?;
             let labels = ChunkLabels::<I>::new();
-            Ok((answers.sorter(memory)?, tally, labels))
+            let range = d.labels.range(budget, d.job.plan.chunk)?;
+            Ok((answers.sorter(memory)?, tally, labels, range))
         },
-        |(sorter, tally, labels), bucket| {
+        |(sorter, tally, labels, range), bucket| {
             let mut corners = [[0f64; 3]; 3];
             answers.sorted(bucket, sorter, &mut |batch| {
                 for answer in batch {
@@ -341,14 +349,16 @@ fn sum_answers<I: Index, W: Index>(
                     let chunk = t / d.job.plan.chunk;
                     labels.load(d.job, d.chunked, d.component, chunk)?;
                     let i = (t - d.job.chunk_range(chunk).0) as usize;
-                    let local = d.chunked.base[chunk as usize] + labels.labels[i].wide();
-                    let (component, flip) = d.labels.get(local);
+                    let locals = d.chunked.locals_of(chunk);
+                    let local = locals.start + labels.labels[i].wide();
+                    range.load(locals)?;
+                    let (component, flip) = range.get(local);
                     let flipped = flip ^ labels.flipped(i);
                     tally.at(component)?.measure.add(d.grid, corners, flipped);
                 }
                 Ok(())
             })
         },
-        |(_, tally, _)| tally.finish(),
+        |(_, tally, _, _)| tally.finish(),
     )
 }

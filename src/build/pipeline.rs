@@ -5,7 +5,7 @@ use super::chunks::{Chunked, Settled, Sinks, chunks};
 use super::components::{Given, components};
 use super::coords::{Placed, place};
 use super::finish::{Found, Tables, apply, fill, list_cuts};
-use super::plan::{Plan, Shape};
+use super::plan::{Plan, Shape, Strategy};
 use super::records::{EdgeCorner, Patch, narrow};
 use super::scan::{count_ids, scan};
 use super::seams::{Seamed, seams};
@@ -111,6 +111,8 @@ pub struct Wishes {
     pub chunk: Option<u64>,
     /// Buckets of a shuffle, for tests.
     pub buckets: Option<usize>,
+    /// How to join local components, for tests.
+    pub strategy: Strategy,
 }
 
 /// Builds the folder in `staging` from an opened mesh, seals it and puts it in its place.
@@ -157,6 +159,7 @@ pub fn run(
         plan,
         dir: staging.path(),
         orient: wishes.orient,
+        strategy: wishes.strategy,
     };
     let doubles = kind == Some(CoordKind::F8);
     let built = match (shape.index == 8, narrow(triangles, vertices), doubles) {
@@ -266,7 +269,7 @@ fn passes<I: Index, W: Index, X: Coord>(
         chunks::<I, W, X>(job, &seam_bits, &grid, &sinks)
     })?;
     drop(seam_bits);
-    check_labels::<W>(job, &chunked, None)?;
+    check_held(job, &chunked, 0)?;
     let spilled = chunked.settled.spilled;
     let seamed = clock.pass("seams", "corners", spilled, || {
         seams(job, &chunked, &edges.finish()?, &cuts)
@@ -278,9 +281,7 @@ fn passes<I: Index, W: Index, X: Coord>(
     let labels = clock.pass("stitch", "links", links, || {
         stitch::<W>(job, &chunked, &seamed.links)
     })?;
-    if cuts.records() > 0 {
-        check_labels::<W>(job, &chunked, Some(labels.components))?;
-    }
+    check_held(job, &chunked, labels.components)?;
     let chosen = clock.pass("components", "", 0, || {
         let given = Given {
             chunked: &chunked,
@@ -311,9 +312,9 @@ fn passes<I: Index, W: Index, X: Coord>(
     let lists = clock.pass("finish", "items", t + patches.records(), || {
         apply::<I, W>(job, &found, &tables)?;
         fill::<I, W>(job, &found, patches, &tables, counts.flipped_triangles > 0)?;
-        list_cuts::<I, W>(job, &found, &chosen.cuts, counts.nonmanifold_edges)
+        list_cuts::<I, W>(job, &found, counts.nonmanifold_edges)
     })?;
-    let local_components = *chunked.base.last().unwrap_or(&0);
+    let local_components = chunked.locals();
     let [cut_edges, cut_corners] = lists;
     Ok(Built {
         files: vec![
@@ -332,22 +333,18 @@ fn passes<I: Index, W: Index, X: Coord>(
     })
 }
 
-/// Refuses, now that the number of local components is known, a budget that is too small for
-/// their labels; and, once the components are counted, for those that non-manifold edges may
-/// join (`joined`).
-fn check_labels<W: Index>(job: &Job, chunked: &Chunked, joined: Option<u64>) -> Result<()> {
-    let nodes = *chunked.base.last().unwrap_or(&0);
-    let budget = &job.ws.budget;
-    let width = W::BYTES as u64;
-    let (shape, plan, table) = (&job.shape, &job.plan, chunked.table_bytes());
-    let need = match joined {
-        None => shape.least_after_chunks(plan, nodes, width, table),
-        Some(components) => shape.least_for_cuts(plan, (nodes, components), width, table),
-    };
-    let have = budget.limit();
+/// Refuses, now that the table of chunks is there, a budget that is too small for what comes
+/// after it; and, once the components are counted, for two bits for each of them.
+fn check_held(job: &Job, chunked: &Chunked, components: u64) -> Result<()> {
+    let table = chunked.table_bytes();
+    let need = job.shape.least_after_chunks(&job.plan, components, table);
+    let have = job.ws.budget.limit();
     if need > have {
         return Err(Error::Budget {
-            what: format!("the labels of {nodes} local components"),
+            what: match components {
+                0 => format!("the table of {} chunks", chunked.infos.len()),
+                _ => format!("two bits for each of {components} components"),
+            },
             // A quarter more than what is short: the other parts grow with the budget.
             need: need + (need - have) / 4,
             have,

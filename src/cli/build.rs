@@ -3,6 +3,7 @@
 use super::progress;
 use super::work::WorkArgs;
 use super::{Outcome, print, to_json};
+use crate::build::plan::Strategy;
 use crate::build::{Builder, IndexChoice};
 use crate::disk::Counters;
 use crate::error::{Error, Result};
@@ -66,6 +67,8 @@ pub struct BuildArgs {
     chunk_triangles: Option<u64>,
     #[arg(long, hide = true)]
     buckets: Option<usize>,
+    #[arg(long, hide = true, value_enum, default_value_t)]
+    strategy: StrategyArg,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -112,6 +115,17 @@ enum FormatArg {
     Off,
     /// NumPy arrays
     Npy,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum StrategyArg {
+    /// As the budget has it
+    #[default]
+    Auto,
+    /// Local components are joined in memory
+    Memory,
+    /// Local components are joined by contraction
+    Contract,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -209,6 +223,11 @@ fn builder(args: &BuildArgs) -> Builder {
         .endian(match args.endian {
             EndianArg::Little => Endian::Little,
             EndianArg::Big => Endian::Big,
+        })
+        .strategy(match args.strategy {
+            StrategyArg::Auto => Strategy::Auto,
+            StrategyArg::Memory => Strategy::Memory,
+            StrategyArg::Contract => Strategy::Contract,
         })
         .force(args.force)
         .progress(progress::sink(work.progress, work.quiet));
