@@ -281,8 +281,10 @@ impl OutArray {
         };
         let bytes = DATA_START + shape[0] * row_bytes;
         file.set_len(bytes)?;
-        // O is completed by the last pass, nearly everywhere: sums before would be for nothing.
-        let sums = WarmSums::new(&ws.budget, bytes, name != folder::O)?;
+        // The last pass changes O and the labels a little nearly everywhere: sums taken before
+        // would be for nothing.
+        let early = ![folder::O, folder::COMPONENT].contains(&name);
+        let sums = WarmSums::new(&ws.budget, bytes, early)?;
         let array = OutArray {
             file,
             name,
