@@ -253,7 +253,7 @@ struct Outputs<'a> {
 impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
     fn new(job: &'a Job, sinks: &Sinks<'a, W>, whole: Option<&'a Whole<X>>) -> Result<Self> {
         Ok(Thread {
-            reader: TriangleReader::new(&job.mesh.v),
+            reader: TriangleReader::last(&job.mesh.v),
             coords: job.g.as_ref().map(CoordReader::new),
             whole,
             positions: Vec::new(),

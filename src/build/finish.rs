@@ -68,6 +68,9 @@ struct Thread<'a, I, W> {
     ids: Vec<I>,
 }
 
+/// Labels that are written again together.
+const PART: usize = 8 << 10;
+
 /// Triangles of a unit of work: whole chunks, and a multiple of 8, so that no two units share
 /// a byte of the flip bits.
 fn chunks_per_unit(chunk: u64) -> u64 {
@@ -175,12 +178,31 @@ impl<I: Index, W: Index> Thread<'_, I, W> {
             tables.degenerate.write(degenerate_before, &self.ids)?;
         }
         if relabel {
-            for label in self.labels.labels.iter_mut().filter(|l| **l != I::NONE) {
-                *label = I::of(self.range.get(base + label.wide()).0);
-            }
-            tables.component.write(first, &self.labels.labels)?;
-            self.labels.forget();
+            self.relabel(tables, base, first)?;
         }
+        Ok(())
+    }
+
+    /// Replaces local labels by components, and writes the parts of the chunk in which any
+    /// changed: mostly those at its ends.
+    fn relabel(&mut self, tables: &Tables, base: u64, first: u64) -> Result<()> {
+        for (part, at) in self
+            .labels
+            .labels
+            .chunks_mut(PART)
+            .zip((first..).step_by(PART))
+        {
+            let mut changed = false;
+            for label in part.iter_mut().filter(|l| **l != I::NONE) {
+                let component = I::of(self.range.get(base + label.wide()).0);
+                changed |= component != *label;
+                *label = component;
+            }
+            if changed {
+                tables.component.write(at, part)?;
+            }
+        }
+        self.labels.forget();
         Ok(())
     }
 

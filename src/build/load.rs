@@ -239,7 +239,7 @@ impl Load {
         let [counts, measures] = self.known();
         let rows = 7 * index * t;
         let written = rows + corners + counts + measures;
-        let summed = 4 * index * t;
+        let summed = 3 * index * t;
         pass("chunks", "triangles", t, v + self.g + summed, written);
         pass("seams", "corners", self.spilled, corners, opposites + links);
         pass("stitch", "links", self.spilled / 2, links + counts, 0);

@@ -131,11 +131,7 @@ fn contract<W: Index>(graph: &Graph, size: &Size, expected: &Answer) -> Swept {
     let plan = Plan {
         buckets: 3,
         buffer_bytes: 64,
-<<<<<<< HEAD
-        volume: 0,
-=======
         volume: size_of_val(&asked[..]) as u64,
->>>>>>> bench
     };
     let told = labels_of(&ws, &labels, (&list, graph.nodes), plan, 64 << 10).unwrap();
     let mut words = vec![W::NONE; asked.len()];
