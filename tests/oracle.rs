@@ -69,7 +69,7 @@ impl Case<'_> {
     }
 }
 
-/// Chunks and buckets of every size: the answer must not show them.
+/// Chunks and buckets of every size, every strategy: the answer must not show them.
 fn indifferent(random: &mut Random) -> Vec<String> {
     let mut options = Vec::new();
     if random.chance(80) {
@@ -79,6 +79,10 @@ fn indifferent(random: &mut Random) -> Vec<String> {
     if random.chance(50) {
         let buckets = random.pick(&["1", "2", "5", "64"]);
         options.extend(["--buckets".into(), buckets.to_string()]);
+    }
+    if random.chance(50) {
+        let strategy = random.pick(&["memory", "contract", "contract"]);
+        options.extend(["--strategy".into(), strategy.to_string()]);
     }
     options.extend([
         "--threads".into(),

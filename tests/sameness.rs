@@ -1,5 +1,5 @@
 //! The rules of sameness: the folder is byte-identical, manifest included, for every memory budget,
-//! thread count, chunk size and bucket count; equal in value for both index types; and equal in
+//! thread count, chunk size, bucket count and strategy; equal in value for both index types; and equal in
 //! its arrays for every format that decodes alike.
 
 mod common;
@@ -69,6 +69,19 @@ fn chunk_sizes_threads_and_buckets_do_not_show() {
         &["--chunk-triangles", "1000000", "--threads", "1"],
         &["--buckets", "1", "--threads", "2"],
         &["--buckets", "257", "--threads", "1"],
+        &["--strategy", "memory"],
+        &["--strategy", "contract"],
+        &["--strategy", "contract", "--chunk-triangles", "1"],
+        &[
+            "--strategy",
+            "contract",
+            "--chunk-triangles",
+            "7",
+            "--buckets",
+            "1000",
+            "--threads",
+            "5",
+        ],
     ];
     let mesh = mixture(25);
     same_for(&mesh, variations);
@@ -80,7 +93,7 @@ fn modes_of_orientation_are_the_same_for_all_too() {
     let bench = Bench::new(&shuffled(&mixture(20)));
     for orient in ["majority", "first", "keep"] {
         let expected = files(&bench.build("expected.ct", &["--orient", orient]));
-        for chunk in ["1", "64"] {
+        for (chunk, strategy) in [("1", "auto"), ("64", "auto"), ("1", "contract")] {
             let options = [
                 "--orient",
                 orient,
@@ -88,6 +101,8 @@ fn modes_of_orientation_are_the_same_for_all_too() {
                 chunk,
                 "--threads",
                 "5",
+                "--strategy",
+                strategy,
             ];
             let found = files(&bench.build("found.ct", &options));
             assert_same_files(&found, &expected, orient);
@@ -127,8 +142,8 @@ fn the_least_budget_is_accepted_and_less_is_refused() {
         "7",
     ];
     for options in [&["--threads", "1"][..], &["--threads", "5"], &small_chunks] {
-        // The least for any mesh is named at once; the least for the labels of this one's
-        // local components once they are counted, and no third time.
+        // The least for any mesh is named at once; the least for this one's table of chunks once
+        // it is there, and no third time.
         let mut least = bench.named_least(options, "1KiB");
         let first = [options, &["--memory", &least]].concat();
         if cornermill(bench.args("least.ct", &first)).code != 0 {

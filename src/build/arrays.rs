@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::folder::npy::{DATA_START, header_bytes};
 use crate::folder::{self, WarmSums};
 use crate::input::{CoordArray, CoordKind, Endian, IndexArray, IndexKind};
+use std::ops::Range;
 use std::path::Path;
 
 /// True when an array of this kind can be used as it lies.
@@ -35,6 +36,9 @@ fn kind_bytes(kind: IndexKind) -> u64 {
 /// Reads ranges of triangles as type I. One for each thread; buffers are reused.
 pub struct TriangleReader<'a, I> {
     array: &'a IndexArray,
+    /// The bytes read last, when they are not needed again after them.
+    done: Option<Range<u64>>,
+    last: bool,
     window: Option<Window>,
     raw: Vec<u8>,
     buf: Vec<I>,
@@ -49,9 +53,20 @@ impl<'a, I: Index> TriangleReader<'a, I> {
     pub fn new(array: &'a IndexArray) -> Self {
         TriangleReader {
             array,
+            done: None,
+            last: false,
             window: None,
             raw: Vec::new(),
             buf: Vec::new(),
+        }
+    }
+
+    /// A reader whose triangles hardly any pass after it reads again: those of a long file leave
+    /// the page cache behind it.
+    pub fn last(array: &'a IndexArray) -> Self {
+        TriangleReader {
+            last: true,
+            ..TriangleReader::new(array)
         }
     }
 
@@ -66,6 +81,13 @@ impl<'a, I: Index> TriangleReader<'a, I> {
         let bytes = (count * 3 * item) as usize;
         // The window before is unmapped first, so that at most one is resident.
         self.window = None;
+        let file = self.array.source.data();
+        if self.last
+            && let Some(done) = self.done.replace(at..at + bytes as u64)
+        {
+            let rows = self.array.triangles * 3 * item;
+            file.release(done, rows);
+        }
         if native::<I>(self.array) {
             let window =
                 self.window
@@ -281,8 +303,10 @@ impl OutArray {
         };
         let bytes = DATA_START + shape[0] * row_bytes;
         file.set_len(bytes)?;
-        // O is completed by the last pass, nearly everywhere: sums before would be for nothing.
-        let sums = WarmSums::new(&ws.budget, bytes, name != folder::O)?;
+        // The last pass changes O and the labels a little nearly everywhere: sums taken before
+        // would be for nothing.
+        let early = ![folder::O, folder::COMPONENT].contains(&name);
+        let sums = WarmSums::new(&ws.budget, bytes, early)?;
         let array = OutArray {
             file,
             name,

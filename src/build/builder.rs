@@ -1,10 +1,9 @@
 //! The builder: the same options as the command line, and the one call that runs a build.
 
 use super::pipeline::{BuildReport, Clock, Wishes, check_width, run};
-use super::plan::check_least;
+use super::plan::{Strategy, check_least};
 use super::predict::{Prediction, Sizes};
 use super::staging::{Staging, parent};
-use super::way::Strategy;
 use crate::chunk::pair::MAX_CHUNK;
 use crate::disk::{Budget, Counters, NoProgress, Progress, Scratch, Workers, Workspace};
 use crate::error::Result;

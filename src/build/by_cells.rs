@@ -17,11 +17,11 @@ use super::nodes::Nodes;
 use super::pipeline::{Built, Clock};
 use super::records::{EdgeCorner, Patch};
 use super::seams::{Seaming, seams};
-use super::stitch::stitch;
+use super::stitch::{Linked, stitch};
 use super::tail::Edges;
 use super::way::{Kind, Way};
 use super::whole::Whole;
-use super::{Job, scratch_items};
+use super::{Job, SCRATCH_BLOCK, scratch_items};
 use crate::chunk::grid::{Bounds, Grid};
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
@@ -50,6 +50,46 @@ struct Files {
     counts: ScratchFile,
     measures: ScratchFile,
     unmeasured: ScratchFile,
+}
+
+impl Files {
+    /// Hands the numbers of local components that contradict themselves to `each`.
+    fn conflicts(
+        &self,
+        job: &Job,
+        names: &Names,
+        each: &mut dyn FnMut(u64) -> Result<()>,
+    ) -> Result<()> {
+        let file = &self.counts;
+        scratch_items(
+            job.ws,
+            file,
+            0,
+            file.len(),
+            &mut |counts: &[NodeCount]| {
+                let marked = counts.iter().filter(|count| count.conflict != 0);
+                let mut numbers = marked.map(|count| names.number(count.name));
+                numbers.try_for_each(&mut *each)
+            },
+        )
+    }
+
+    /// The numbers of what faces a border, in a file.
+    fn borders<W: Index>(&self, job: &Job, names: &Names) -> Result<ScratchFile> {
+        let (ws, file) = (job.ws, &self.borders);
+        let numbers = ws.scratch.file("numbers at borders")?;
+        let _lease = ws
+            .budget
+            .lease("numbers at borders", SCRATCH_BLOCK as u64)?;
+        let mut block: Vec<W> = Vec::new();
+        scratch_items(ws, file, 0, file.len(), &mut |called: &[W]| {
+            block.clear();
+            block.extend(called.iter().map(|name| W::of(names.number(name.wide()))));
+            numbers.append(bytemuck::cast_slice(&block))?;
+            Ok(())
+        })?;
+        Ok(numbers)
+    }
 }
 
 /// Runs the passes; or says that file order is the way to go, when there turn out to be more
@@ -113,20 +153,19 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
     }
     let records = files.links.len() / (2 * W::BYTES as u64);
     let labels = clock.pass("stitch", "links", records, || {
-        stitch::<W>(job, &nodes, &files.links, |mark| {
-            let each = &mut |counts: &[NodeCount]| {
-                let marked = counts.iter().filter(|count| count.conflict != 0);
-                marked.for_each(|count| mark(names.number(count.name)));
-                Ok(())
-            };
-            scratch_items(ws, &files.counts, 0, files.counts.len(), each)
-        })
+        let linked = Linked {
+            nodes,
+            links: &files.links,
+            conflicts: &|each| files.conflicts(job, &names, each),
+        };
+        stitch::<W>(job, &linked, true)
     })?;
+    let borders = files.borders::<W>(job, &names)?;
     let chosen = clock.pass("components", "", 0, || {
         let given = Given {
             nodes,
             labels: &labels,
-            borders: &files.borders,
+            borders: &borders,
             cuts: &cuts,
             grid: &grid,
         };
@@ -143,7 +182,7 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
             sums.sum::<X>(&places, pieces, memory)
         })
     })?;
-    drop((cuts, places, files));
+    drop((cuts, places, files, borders));
     let create =
         |name, shape: &[u64], row| OutArray::create(job.dir, name, I::DESCR, shape, row, ws);
     let row = 3 * I::BYTES as u64;
@@ -168,13 +207,12 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
         degenerate: &settling.degenerate,
     };
     let found = Found {
-        nodes,
         labels: &labels,
         chosen: &chosen,
     };
     let [edges, corners] = clock.pass("assemble", "triangles", t, || {
         assemble::<I, W>(job, &plan.windows, &said, &tables)?;
-        list_cuts::<I, W>(job, &found, &chosen.cuts, counts.nonmanifold_edges)
+        list_cuts::<I, W>(job, &found, counts.nonmanifold_edges)
     })?;
     let table = chosen.table;
     Ok(Ok(Built {

@@ -26,6 +26,7 @@ use crate::corner::{Index, flip_k, next_k, prev_k};
 use crate::disk::{Lease, ScratchFile, Workspace};
 use crate::error::Result;
 use crate::shuffle::{Shuffle, Writer};
+use std::ops::Range;
 use std::sync::Mutex;
 
 /// What later passes need to know of a chunk.
@@ -42,6 +43,8 @@ pub struct ChunkInfo {
     pub measures_at: Option<u64>,
     /// True when the swirl flipped a triangle in it.
     pub flips: bool,
+    /// True when a local component in it contradicts itself.
+    pub conflicts: bool,
 }
 
 /// What the chunk pass found in all chunks together.
@@ -191,24 +194,36 @@ pub fn table_bytes(chunks: u64) -> u64 {
 }
 
 impl Chunked {
-    /// Hands the numbers of local components that contradict themselves to `mark`.
+    /// Hands the numbers of local components that contradict themselves to `each`.
     ///
     /// # Errors
-    /// [`crate::Error::Budget`], [`crate::Error::Io`].
-    pub fn conflicts(&self, ws: &Workspace, mark: &mut dyn FnMut(u64)) -> Result<()> {
-        for (info, &base) in self.infos.iter().zip(&self.base) {
+    /// [`crate::Error::Budget`], [`crate::Error::Io`], and those of `each`.
+    pub fn conflicts(&self, ws: &Workspace, each: &mut dyn FnMut(u64) -> Result<()>) -> Result<()> {
+        let chunks = self.infos.iter().zip(&self.base);
+        for (info, &base) in chunks.filter(|(info, _)| info.conflicts) {
             let bytes = u64::from(info.locals) * size_of::<LocalCount>() as u64;
             let mut numbers = base..;
             scratch_items(ws, &self.counts, info.counts_at, bytes, &mut |counts| {
                 for (count, number) in (counts as &[LocalCount]).iter().zip(&mut numbers) {
                     if count.borders & LocalCount::CONFLICT != 0 {
-                        mark(number);
+                        each(number)?;
                     }
                 }
                 Ok(())
             })?;
         }
         Ok(())
+    }
+
+    /// Number of local components.
+    pub fn locals(&self) -> u64 {
+        *self.base.last().unwrap_or(&0)
+    }
+
+    /// The local components of a chunk, numbered through the mesh.
+    pub fn locals_of(&self, chunk: u64) -> Range<u64> {
+        let base = self.base[chunk as usize];
+        base..base + u64::from(self.infos[chunk as usize].locals)
     }
 
     /// Bytes of the table of chunks.
@@ -238,7 +253,7 @@ struct Outputs<'a> {
 impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
     fn new(job: &'a Job, sinks: &Sinks<'a, W>, whole: Option<&'a Whole<X>>) -> Result<Self> {
         Ok(Thread {
-            reader: TriangleReader::new(&job.mesh.v),
+            reader: TriangleReader::last(&job.mesh.v),
             coords: job.g.as_ref().map(CoordReader::new),
             whole,
             positions: Vec::new(),
@@ -341,6 +356,7 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
                 flipped: c.flipped,
                 borders: c.borders | if c.conflict { LocalCount::CONFLICT } else { 0 },
             }));
+        let conflicts = swirl.components.iter().any(|c| c.conflict);
         let flips = swirl.any_flip();
         if flips {
             pack_flips(&swirl.label, &mut self.bits);
@@ -352,6 +368,7 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
             counts_at: out.counts.append(bytemuck::cast_slice(&self.counts))?,
             measures_at: self.measure(job, grid, out)?,
             flips,
+            conflicts,
         })
     }
 

@@ -5,29 +5,28 @@
 //! bit. The volume decides for orientable watertight components (their volume does not depend
 //! on the reference point); all others keep what most of their triangles had.
 //!
-//! At a non-manifold edge a component's own corners cancel when as many run it one way as the
-//! other: the corners come sorted by edge, are re-sorted by (component, edge) and counted.
-//!
 //! Memory: labels and bits by component, a tally, sorters and writers. I/O: the records of
 //! local components once, non-manifold corners once more; the rows written once.
 
 use super::Job;
 use super::arrays::OutArray;
 use super::chunks::Chunked;
+use super::cuts::{CutCount, Cuts};
 use super::deferred::{Deferred, measure_deferred};
+use super::graph::bits::Bits;
+use super::graph::labels::split;
 use super::nodes::Nodes;
 use super::records::{EdgeCorner, LocalCount, MeasureRecord};
-use super::scratch_items;
-use super::stitch::{Bits, Labels, Union};
+use super::stitch::Labels;
 use super::tally::{Piece, Sums, Tally, reduce};
+use super::{SCRATCH_BLOCK, scratch_items};
 use crate::chunk::grid::Grid;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
 use crate::disk::ScratchFile;
 use crate::error::Result;
 use crate::folder::{self, ComponentRow, Counts, Orient};
-use crate::shuffle::{Buckets, Record, Shuffle};
-use bytemuck::{Pod, Zeroable};
+use crate::shuffle::{Buckets, Shuffle};
 
 /// What was decided.
 pub struct Chosen {
@@ -35,8 +34,8 @@ pub struct Chosen {
     pub flip: Bits,
     /// The table's file.
     pub table: OutArray,
-    /// Corners on non-manifold edges, sorted by edge and corner.
-    pub cuts: ScratchFile,
+    /// Corners on non-manifold edges.
+    pub cuts: Cuts,
 }
 
 /// What the pass works with.
@@ -65,18 +64,6 @@ pub struct ChunkSums<'a, W: Index> {
     pub grid: &'a Grid,
 }
 
-/// A corner of a component on a non-manifold edge: component, edge, 1 or -1.
-#[repr(transparent)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Side([u64; 3]);
-
-impl Record for Side {
-    const LEVELS: usize = 2;
-    fn key(&self, level: usize) -> u64 {
-        self.0[level]
-    }
-}
-
 /// Runs the pass; fills in the counts that it knows. `sum` adds up what local components counted
 /// and measured, with tables of so many bytes a thread.
 ///
@@ -95,8 +82,14 @@ pub fn components<W: Index>(
     let pieces = Shuffle::<Piece>::new(ws, "sums by component", 0..number.max(1), plan)?;
     let tally = ws.budget.free() / 16 / threads;
     sum(&pieces, tally)?;
-    let cuts = ws.scratch.file("sorted corners of non-manifold edges")?;
-    sum_seams(job, given, &pieces, tally, &cuts, counts)?;
+    let cuts = Cuts::sorted(job, &given.nodes, given.labels, given.cuts)?;
+    sum_borders(job, given, &pieces, tally)?;
+    counts.components_joined = if cuts.is_empty() {
+        number
+    } else {
+        cuts.join::<W>(job, number)?
+    };
+    let mut cut_counts = cuts.counts(job, given.labels)?;
     let pieces = pieces.finish()?;
     let mut flip = Bits::new(&ws.budget, "flips by component", number)?;
     let table = OutArray::create(
@@ -118,7 +111,8 @@ pub fn components<W: Index>(
             );
             return Err(crate::Error::Internal(what));
         }
-        let (row, against) = decide(job, given, component, sums);
+        let cut = cut_counts.of(component)?;
+        let (row, against) = decide(job, given, component, (sums, &cut));
         if against {
             flip.set(component);
         }
@@ -136,11 +130,16 @@ pub fn components<W: Index>(
 }
 
 /// The orientation and the row of one component.
-fn decide<W: Index>(job: &Job, given: &Given<W>, component: u64, s: &Sums) -> (ComponentRow, bool) {
+fn decide<W: Index>(
+    job: &Job,
+    given: &Given<W>,
+    component: u64,
+    (s, cut): (&Sums, &CutCount),
+) -> (ComponentRow, bool) {
     let m = &s.measure;
     let orientable = !given.labels.nonorientable.get(component);
-    let closed = s.borders == 0 && s.cuts == 0;
-    let watertight = closed || (s.borders == 0 && !s.unbalanced);
+    let closed = s.borders == 0 && cut.cuts == 0;
+    let watertight = closed || (s.borders == 0 && cut.unbalanced == 0);
     let measured = job.g.is_some() && !m.nonfinite;
     let by_volume = job.orient == Orient::Outward
         && orientable
@@ -172,9 +171,9 @@ fn decide<W: Index>(job: &Job, given: &Given<W>, component: u64, s: &Sums) -> (C
         triangles: s.triangles,
         flipped,
         // Each of the other corners shares its edge with one more.
-        edges: (3 * s.triangles - s.borders - s.cuts) / 2 + s.borders + s.cuts,
+        edges: (3 * s.triangles - s.borders - cut.cuts) / 2 + s.borders + cut.cuts,
         border_edges: s.borders,
-        cut_edges: s.cuts,
+        cut_edges: cut.cuts,
         orientable: u8::from(orientable),
         closed: u8::from(closed),
         watertight: u8::from(watertight),
@@ -196,6 +195,9 @@ fn count(row: &ComponentRow, counts: &mut Counts) {
     counts.flipped_components += u64::from(row.flipped == row.triangles);
 }
 
+/// Local components whose counts or measures are read at a time, at most.
+const RUN: u64 = (SCRATCH_BLOCK / size_of::<LocalCount>()) as u64;
+
 /// Sums what the chunks counted and measured, and measures what they left.
 ///
 /// # Errors
@@ -206,12 +208,12 @@ pub fn sum_chunks<I: Index, W: Index, X: Coord>(
     pieces: &Shuffle<Piece>,
     memory: u64,
 ) -> Result<()> {
-    let (ws, chunked) = (job.ws, given.chunked);
+    let (ws, chunked, labels) = (job.ws, given.chunked, given.labels);
     if let Some(g) = &job.g {
         let deferred = Deferred {
             job,
             chunked,
-            labels: given.labels,
+            labels,
             grid: given.grid,
             component: given.component,
             pieces,
@@ -221,22 +223,24 @@ pub fn sum_chunks<I: Index, W: Index, X: Coord>(
     }
     ws.workers.run(
         chunked.infos.len() as u64,
-        || Tally::new(&ws.budget, memory, given.labels.components, pieces),
-        |tally, chunk| {
+        || {
+            let tally = Tally::new(&ws.budget, memory, labels.components, pieces)?;
+            Ok((tally, labels.range(&ws.budget, RUN)?))
+        },
+        |(tally, range), chunk| {
             let info = &chunked.infos[chunk as usize];
+            if job.g.is_some() && info.measures_at.is_none() {
+                // Counted when it was measured.
+                return Ok(());
+            }
             let (first, base) = (job.chunk_range(chunk).0, chunked.base[chunk as usize]);
             let bytes = u64::from(info.locals) * size_of::<LocalCount>() as u64;
             let mut local = base;
             scratch_items(ws, &chunked.counts, info.counts_at, bytes, &mut |counts| {
+                range.load(local..local + counts.len() as u64)?;
                 for count in counts as &[LocalCount] {
-                    let (component, flip) = given.labels.get(local);
-                    let sums = tally.at(component)?;
-                    let borders = count.borders & !LocalCount::CONFLICT;
-                    let (triangles, flipped) = (count.triangles, count.flipped);
-                    sums.first = sums.first.min(first + u64::from(count.first));
-                    sums.triangles += u64::from(triangles);
-                    sums.flipped += u64::from(if flip { triangles - flipped } else { flipped });
-                    sums.borders += u64::from(borders);
+                    let (component, flip) = range.get(local);
+                    tally.at(component)?.count(count, first, flip);
                     local += 1;
                 }
                 Ok(())
@@ -247,116 +251,34 @@ pub fn sum_chunks<I: Index, W: Index, X: Coord>(
             let bytes = u64::from(info.locals) * size_of::<MeasureRecord>() as u64;
             let mut local = base;
             scratch_items(ws, &chunked.measures, at, bytes, &mut |measures| {
+                range.load(local..local + measures.len() as u64)?;
                 for record in measures as &[MeasureRecord] {
-                    let (component, flip) = given.labels.get(local);
+                    let (component, flip) = range.get(local);
                     tally.at(component)?.measure.merge(&record.get(), flip);
                     local += 1;
                 }
                 Ok(())
             })
         },
-        Tally::finish,
+        |(tally, _)| tally.finish(),
     )
 }
 
-/// Sums what the seams found: borders, and the corners on non-manifold edges.
-fn sum_seams<W: Index>(
+/// Sums the borders that the seams found.
+fn sum_borders<W: Index>(
     job: &Job,
     given: &Given<W>,
     pieces: &Shuffle<Piece>,
     memory: u64,
-    sorted: &ScratchFile,
-    counts: &mut Counts,
 ) -> Result<()> {
-    let (ws, labels) = (job.ws, given.labels);
-    let mut tally = Tally::new(&ws.budget, memory, labels.components, pieces)?;
-    scratch_items(
-        ws,
-        given.borders,
-        0,
-        given.borders.len(),
-        &mut |locals: &[W]| {
-            for local in locals {
-                let node = given.nodes.number(local.wide());
-                tally.at(labels.get(node).0)?.borders += 1;
-            }
-            Ok(())
-        },
-    )?;
-    let mut joined = None;
-    if given.cuts.records() > 0 {
-        let mut union = Union::new(&ws.budget, labels.components)?;
-        sum_cuts(job, given, &mut tally, &mut union, sorted)?;
-        joined = Some(union.sets());
-    }
-    counts.components_joined = joined.unwrap_or(labels.components);
+    let (ws, components) = (job.ws, given.labels.components);
+    let borders = job.labels_in_order(given.labels, &given.nodes, given.borders)?;
+    let mut tally = Tally::new(&ws.budget, memory, components, pieces)?;
+    scratch_items(ws, &borders, 0, borders.len(), &mut |labels: &[W]| {
+        for &label in labels {
+            tally.at(split(label).0)?.borders += 1;
+        }
+        Ok(())
+    })?;
     tally.finish()
-}
-
-/// Counts the corners on non-manifold edges, keeps them sorted for the finish pass, and finds
-/// the components whose corners do not cancel at some edge.
-fn sum_cuts<W: Index>(
-    job: &Job,
-    given: &Given<W>,
-    tally: &mut Tally,
-    union: &mut Union,
-    sorted: &ScratchFile,
-) -> Result<()> {
-    let (ws, labels) = (job.ws, given.labels);
-    let mut plan = job.shuffle_plan(size_of::<Side>(), given.cuts.records());
-    // One writer here, whatever the number of threads.
-    plan.buckets = plan.buckets.min(256);
-    let sides = Shuffle::<Side>::new(
-        ws,
-        "sides of non-manifold edges",
-        0..labels.components,
-        plan,
-    )?;
-    let mut writer = sides.writer()?;
-    let mut sorter = given.cuts.sorter(job.sort_memory(0))?;
-    let (mut edge, mut ordinal, mut first) = (None, 0u64, 0);
-    given.cuts.sorted_all(&mut sorter, &mut |batch| {
-        sorted.append(bytemuck::cast_slice(batch))?;
-        for corner in batch {
-            let (component, flip) = labels.get(given.nodes.of_corner(corner));
-            if edge != Some(corner.edge()) {
-                edge = Some(corner.edge());
-                ordinal += 1;
-                first = component;
-            }
-            union.join(first, component);
-            let sums = tally.at(component)?;
-            sums.cuts += 1;
-            // The directions of the finished table: the input's, where nothing is turned. (A
-            // component turned as a whole has them all reversed, which cancels as well.)
-            let down = if !job.applies_flips() || labels.nonorientable.get(component) {
-                corner.input_down()
-            } else {
-                corner.down() ^ flip
-            };
-            writer.push(Side([component, ordinal, if down { 1 } else { u64::MAX }]))?;
-        }
-        Ok(())
-    })?;
-    drop(sorter);
-    writer.finish()?;
-    let sides = sides.finish()?;
-    let mut sorter = sides.sorter(job.sort_memory(0))?;
-    let (mut at, mut balance) = ((0, 0), 0u64);
-    sides.sorted_all(&mut sorter, &mut |batch| {
-        for &Side([component, edge, side]) in batch {
-            if at != (component, edge) {
-                if balance != 0 {
-                    tally.at(at.0)?.unbalanced = true;
-                }
-                (at, balance) = ((component, edge), 0);
-            }
-            balance = balance.wrapping_add(side);
-        }
-        Ok(())
-    })?;
-    if balance != 0 {
-        tally.at(at.0)?.unbalanced = true;
-    }
-    Ok(())
 }

@@ -11,13 +11,17 @@
 use super::Job;
 use super::arrays::{CoordReader, OutArray, TriangleReader};
 use super::chunks::Chunked;
+use super::graph::labels::LabelRange;
+use super::records::LocalCount;
 use super::stitch::Labels;
 use super::tally::{Piece, Tally};
+use super::whole::Whole;
 use crate::chunk::grid::Grid;
 use crate::chunk::ids::LocalIds;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
-use crate::error::Result;
+use crate::disk::ScratchFile;
+use crate::error::{Error, Result};
 use crate::input::CoordArray;
 use crate::shuffle::{Record, Shuffle, Writer};
 use bytemuck::{Pod, Zeroable};
@@ -134,7 +138,7 @@ impl<I: Index> ChunkLabels<I> {
     }
 }
 
-/// Measures what the chunk pass left out.
+/// Counts and measures the chunks that the chunk pass did not measure.
 ///
 /// # Errors
 /// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`].
@@ -149,7 +153,13 @@ pub fn measure_deferred<I: Index, W: Index, X: Coord>(
         return Ok(());
     }
     let ws = d.job.ws;
-    let corners = chunks.len() as u64 * 3 * d.job.plan.chunk;
+    // Half of what is free is for tallies and writers.
+    let whole = Whole::<X>::within(d.job, ws.budget.free() / 2)?;
+    let corners = if whole.is_some() {
+        0
+    } else {
+        chunks.len() as u64 * 3 * d.job.plan.chunk
+    };
     let plan = d.job.shuffle_plan(size_of::<Ask>(), corners);
     let asks = Shuffle::<Ask>::new(ws, "questions for coordinates", 0..g.vertices.max(1), plan)?;
     {
@@ -160,7 +170,7 @@ pub fn measure_deferred<I: Index, W: Index, X: Coord>(
         let _lease = ws.budget.lease("chunks measured again", bytes)?;
         ws.workers.run(
             chunks.len() as u64,
-            || Near::<I, X>::new(d, g, &asks),
+            || Near::<I, W, X>::new(d, g, (whole.as_ref(), &asks)),
             |near, unit| near.chunk(d, chunks[unit as usize]),
             |near| {
                 near.asks.finish()?;
@@ -195,56 +205,73 @@ pub fn measure_deferred<I: Index, W: Index, X: Coord>(
 }
 
 /// One thread that measures chunks whose vertices are near, and asks for the others.
-struct Near<'a, I, X> {
+struct Near<'a, I, W, X> {
     reader: TriangleReader<'a, I>,
     coords: CoordReader<'a, X>,
     ids: LocalIds,
     labels: ChunkLabels<I>,
+    range: LabelRange<'a, W>,
     tally: Tally<'a>,
+    counts: Vec<LocalCount>,
+    whole: Option<&'a Whole<X>>,
     asks: Writer<'a, Ask>,
 }
 
-impl<'a, I: Index, X: Coord> Near<'a, I, X> {
-    fn new<W>(d: &Deferred<'a, W>, g: &'a CoordArray, asks: &'a Shuffle<Ask>) -> Result<Self> {
+impl<'a, I: Index, W: Index, X: Coord> Near<'a, I, W, X> {
+    fn new(
+        d: &Deferred<'a, W>,
+        g: &'a CoordArray,
+        (whole, asks): (Option<&'a Whole<X>>, &'a Shuffle<Ask>),
+    ) -> Result<Self> {
         let (budget, components) = (&d.job.ws.budget, d.labels.components);
         Ok(Near {
             reader: TriangleReader::new(&d.job.mesh.v),
             coords: CoordReader::new(g),
             ids: LocalIds::default(),
             labels: ChunkLabels::new(),
+            range: d.labels.range(budget, d.job.plan.chunk)?,
             tally: Tally::new(budget, d.tally, components, d.pieces)?,
+            counts: Vec::new(),
+            whole,
             asks: asks.writer()?,
         })
     }
 
-    fn chunk<W: Index>(&mut self, d: &Deferred<W>, chunk: u64) -> Result<()> {
+    fn chunk(&mut self, d: &Deferred<W>, chunk: u64) -> Result<()> {
         let (start, count) = d.job.chunk_range(chunk);
         self.labels.load(d.job, d.chunked, d.component, chunk)?;
-        let base = d.chunked.base[chunk as usize];
+        let locals = d.chunked.locals_of(chunk);
+        let mut counts = Counts {
+            file: &d.chunked.counts,
+            at: d.chunked.infos[chunk as usize].counts_at,
+            left: locals.end - locals.start,
+            next: locals.start,
+        };
+        self.range.load(locals.clone())?;
         let step = d.job.plan.again;
         (0..count).step_by(step as usize).try_for_each(|from| {
-            let some = step.min(count - from);
-            self.part(d, base, start, from, some)
+            let part = (start, from, step.min(count - from));
+            self.part(d, locals.start, part, &mut counts)
         })
     }
 
-    /// Measures `count` triangles of a chunk that begins with triangle `start`, from its
-    /// triangle `from`.
-    fn part<W: Index>(
+    /// Counts and measures `count` triangles of a chunk that begins with triangle `start`, from
+    /// its triangle `from`. Local components are numbered by their first triangles, so a number
+    /// that was not met before is the next: its count goes where its first triangle does.
+    fn part(
         &mut self,
         d: &Deferred<W>,
         base: u64,
-        start: u64,
-        from: u64,
-        count: u64,
+        (start, from, count): (u64, u64, u64),
+        counts: &mut Counts,
     ) -> Result<()> {
-        let first = start + from;
-        let v = self.reader.read(first, count)?;
+        let v = self.reader.read(start + from, count)?;
         self.ids.assign(v);
         let near = match self.ids.window() {
             Some(start) => Some(self.coords.read(start, self.ids.span() as u64)?),
             None => None,
         };
+        let all = self.whole.map(Whole::rows).transpose()?;
         let rows = v
             .as_chunks::<3>()
             .0
@@ -255,22 +282,57 @@ impl<'a, I: Index, X: Coord> Near<'a, I, X> {
             if label == I::NONE {
                 continue;
             }
-            if let Some(positions) = near {
-                let (component, flip) = d.labels.get(base + label.wide());
-                let corners = local.map(|v| positions[v as usize].map(Coord::wide));
-                let flipped = flip ^ self.labels.flipped(i);
-                self.tally
-                    .at(component)?
-                    .measure
-                    .add(d.grid, corners, flipped);
-            } else {
-                let triangle = start + i as u64;
-                for (k, v) in row.iter().enumerate() {
-                    self.asks.push(Ask([v.wide(), triangle << 2 | k as u64]))?;
-                }
+            let node = base + label.wide();
+            let (component, flip) = self.range.get(node);
+            if node == counts.next {
+                let count = counts.take(&mut self.counts)?;
+                self.tally.at(component)?.count(&count, start, flip);
             }
+            let corners = match (near, all) {
+                (Some(near), _) => local.map(|v| near[v as usize].map(Coord::wide)),
+                (_, Some(all)) => row.map(|v| all[v.wide() as usize].map(Coord::wide)),
+                _ => {
+                    let triangle = start + i as u64;
+                    for (k, v) in row.iter().enumerate() {
+                        self.asks.push(Ask([v.wide(), triangle << 2 | k as u64]))?;
+                    }
+                    continue;
+                }
+            };
+            let flipped = flip ^ self.labels.flipped(i);
+            let measure = &mut self.tally.at(component)?.measure;
+            measure.add(d.grid, corners, flipped);
         }
         Ok(())
+    }
+}
+
+/// The counts of a chunk's local components, one after another.
+struct Counts<'a> {
+    file: &'a ScratchFile,
+    at: u64,
+    left: u64,
+    /// The local component whose count is the next.
+    next: u64,
+}
+
+impl Counts<'_> {
+    /// Counts read at a time.
+    const READ: u64 = 1 << 10;
+
+    /// The next count; `block` holds some of them.
+    fn take(&mut self, block: &mut Vec<LocalCount>) -> Result<LocalCount> {
+        if block.is_empty() {
+            block.resize(Self::READ.min(self.left) as usize, LocalCount::default());
+            self.file
+                .read_at(bytemuck::cast_slice_mut(&mut block[..]), self.at)?;
+            self.at += size_of_val(&block[..]) as u64;
+            self.left -= block.len() as u64;
+            block.reverse();
+        }
+        self.next += 1;
+        let count = block.pop();
+        count.ok_or_else(|| Error::Internal("more local components than were counted".into()))
     }
 }
 
@@ -319,16 +381,19 @@ fn sum_answers<I: Index, W: Index>(
         "labels",
         threads * d.job.plan.chunk * ChunkLabels::<I>::BYTES,
     )?;
-    let memory = d.job.sort_memory(threads * (d.tally + d.job.plan.writer));
+    let range = d.labels.range_bytes(d.job.plan.chunk);
+    let reserved = threads * (d.tally + range + d.job.plan.writer);
+    let memory = d.job.sort_memory(reserved);
     ws.workers.run(
         answers.count(),
         || {
             let (budget, components) = (&ws.budget, d.labels.components);
             let tally = Tally::new(budget, d.tally, components, d.pieces)?;
             let labels = ChunkLabels::<I>::new();
-            Ok((answers.sorter(memory)?, tally, labels))
+            let range = d.labels.range(budget, d.job.plan.chunk)?;
+            Ok((answers.sorter(memory)?, tally, labels, range))
         },
-        |(sorter, tally, labels), bucket| {
+        |(sorter, tally, labels, range), bucket| {
             let mut corners = [[0f64; 3]; 3];
             answers.sorted(bucket, sorter, &mut |batch| {
                 for answer in batch {
@@ -341,14 +406,16 @@ fn sum_answers<I: Index, W: Index>(
                     let chunk = t / d.job.plan.chunk;
                     labels.load(d.job, d.chunked, d.component, chunk)?;
                     let i = (t - d.job.chunk_range(chunk).0) as usize;
-                    let local = d.chunked.base[chunk as usize] + labels.labels[i].wide();
-                    let (component, flip) = d.labels.get(local);
+                    let locals = d.chunked.locals_of(chunk);
+                    let local = locals.start + labels.labels[i].wide();
+                    range.load(locals)?;
+                    let (component, flip) = range.get(local);
                     let flipped = flip ^ labels.flipped(i);
                     tally.at(component)?.measure.add(d.grid, corners, flipped);
                 }
                 Ok(())
             })
         },
-        |(_, tally, _)| tally.finish(),
+        |(_, tally, _, _)| tally.finish(),
     )
 }

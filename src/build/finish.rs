@@ -17,12 +17,10 @@ use super::arrays::OutArray;
 use super::chunks::Chunked;
 use super::components::Chosen;
 use super::deferred::ChunkLabels;
-use super::nodes::Nodes;
+use super::graph::labels::LabelRange;
 use super::records::{EdgeCorner, Patch};
-use super::scratch_items;
 use super::stitch::Labels;
 use crate::corner::{Index, flip, flip_k};
-use crate::disk::ScratchFile;
 use crate::error::Result;
 use crate::folder::{self, EDGE_DESCR, EdgeRow, Orient};
 use crate::shuffle::Buckets;
@@ -43,8 +41,6 @@ pub struct Tables<'a> {
 
 /// What was found and decided.
 pub struct Found<'a, W> {
-    /// Numbers of the local components.
-    pub nodes: Nodes<'a>,
     /// Components of the local components.
     pub labels: &'a Labels<W>,
     /// Orientations.
@@ -52,18 +48,18 @@ pub struct Found<'a, W> {
 }
 
 impl<W: Index> Found<'_, W> {
-    /// Whether a local component is to be flipped against its own first triangle; `None` when
-    /// its triangles keep the input's orientation.
-    fn turn(&self, job: &Job, local: u64) -> Option<bool> {
-        let (component, flip) = self.labels.get(local);
+    /// Whether a local component with this label is to be flipped against its own first
+    /// triangle; `None` when its triangles keep the input's orientation.
+    fn turn(&self, job: &Job, (component, flip): (u64, bool)) -> Option<bool> {
         let keeps = job.orient == Orient::Keep || self.labels.nonorientable.get(component);
         (!keeps).then(|| flip ^ self.chosen.flip.get(component))
     }
 }
 
 /// Scratch memory of one thread.
-struct Thread<I> {
+struct Thread<'a, I, W> {
     labels: ChunkLabels<I>,
+    range: LabelRange<'a, W>,
     rows: Vec<I>,
     /// For each triangle of the chunk: bit 0, final flip against the input; bit 1, whether its
     /// rows as written must be turned.
@@ -71,6 +67,9 @@ struct Thread<I> {
     bits: Vec<u8>,
     ids: Vec<I>,
 }
+
+/// Labels that are written again together.
+const PART: usize = 8 << 10;
 
 /// Triangles of a unit of work: whole chunks, and a multiple of 8, so that no two units share
 /// a byte of the flip bits.
@@ -111,8 +110,9 @@ pub fn apply<I: Index, W: Index>(
     ws.workers.run(
         (infos.len() as u64).div_ceil(per_unit),
         || {
-            Ok(Thread::<I> {
+            Ok(Thread::<I, W> {
                 labels: ChunkLabels::new(),
+                range: found.labels.range(&ws.budget, job.plan.chunk)?,
                 rows: Vec::new(),
                 turns: Vec::new(),
                 bits: Vec::new(),
@@ -138,8 +138,8 @@ pub fn apply<I: Index, W: Index>(
     )
 }
 
-impl<I: Index> Thread<I> {
-    fn chunk<W: Index>(
+impl<I: Index, W: Index> Thread<'_, I, W> {
+    fn chunk(
         &mut self,
         job: &Job,
         (chunked, found): (&Chunked, &Found<W>),
@@ -148,10 +148,12 @@ impl<I: Index> Thread<I> {
         (unit_first, degenerate_before): (u64, u64),
     ) -> Result<()> {
         let info = &chunked.infos[chunk as usize];
-        let base = chunked.base[chunk as usize];
-        let locals = base..base + u64::from(info.locals);
-        let relabel = locals.clone().any(|l| found.labels.get(l).0 != l - base);
-        let turn = locals.clone().any(|l| match found.turn(job, l) {
+        let locals = chunked.locals_of(chunk);
+        let base = locals.start;
+        self.range.load(locals.clone())?;
+        let range = &self.range;
+        let relabel = locals.clone().any(|l| range.get(l).0 != l - base);
+        let turn = locals.clone().any(|l| match found.turn(job, range.get(l)) {
             Some(turn) => turn,
             None => info.flips && job.applies_flips(),
         });
@@ -176,17 +178,36 @@ impl<I: Index> Thread<I> {
             tables.degenerate.write(degenerate_before, &self.ids)?;
         }
         if relabel {
-            for label in self.labels.labels.iter_mut().filter(|l| **l != I::NONE) {
-                *label = I::of(found.labels.get(base + label.wide()).0);
-            }
-            tables.component.write(first, &self.labels.labels)?;
-            self.labels.forget();
+            self.relabel(tables, base, first)?;
         }
         Ok(())
     }
 
+    /// Replaces local labels by components, and writes the parts of the chunk in which any
+    /// changed: mostly those at its ends.
+    fn relabel(&mut self, tables: &Tables, base: u64, first: u64) -> Result<()> {
+        for (part, at) in self
+            .labels
+            .labels
+            .chunks_mut(PART)
+            .zip((first..).step_by(PART))
+        {
+            let mut changed = false;
+            for label in part.iter_mut().filter(|l| **l != I::NONE) {
+                let component = I::of(self.range.get(base + label.wide()).0);
+                changed |= component != *label;
+                *label = component;
+            }
+            if changed {
+                tables.component.write(at, part)?;
+            }
+        }
+        self.labels.forget();
+        Ok(())
+    }
+
     /// Final flip and turn of each triangle of the chunk.
-    fn decide<W: Index>(&mut self, job: &Job, found: &Found<W>, base: u64) {
+    fn decide(&mut self, job: &Job, found: &Found<W>, base: u64) {
         self.turns.clear();
         for i in 0..self.labels.labels.len() {
             let label = self.labels.labels[i];
@@ -194,7 +215,7 @@ impl<I: Index> Thread<I> {
             let (flip, turn) = if label == I::NONE {
                 (false, false)
             } else {
-                match found.turn(job, base + label.wide()) {
+                match found.turn(job, self.range.get(base + label.wide())) {
                     Some(turn) => (swirled ^ turn, turn),
                     None => (false, swirled),
                 }
@@ -365,6 +386,9 @@ pub fn fill<I: Index, W: Index>(
     )
 }
 
+/// Rows of the lists that are held at a time.
+const LISTED: usize = 1 << 10;
+
 /// Writes the non-manifold edges and their corners, by the ids of the final table.
 ///
 /// # Errors
@@ -372,10 +396,9 @@ pub fn fill<I: Index, W: Index>(
 pub fn list_cuts<I: Index, W: Index>(
     job: &Job,
     found: &Found<W>,
-    cuts: &ScratchFile,
     edges: u64,
 ) -> Result<[OutArray; 2]> {
-    let corners = cuts.len() / size_of::<EdgeCorner<W>>() as u64;
+    let corners = found.chosen.cuts.count::<W>();
     let create = |name, descr: &str, rows, bytes| {
         OutArray::create(job.dir, name, descr, &[rows], bytes, job.ws)
     };
@@ -391,43 +414,45 @@ pub fn list_cuts<I: Index, W: Index>(
         corners,
         I::BYTES as u64,
     )?;
-    let mut rows: Vec<EdgeRow> = Vec::new();
+    let mut rows: Vec<EdgeRow> = Vec::with_capacity(LISTED);
+    let mut ids: Vec<I> = Vec::with_capacity(LISTED);
     let (mut rows_done, mut ids_done) = (0, 0);
-    let mut ids: Vec<I> = Vec::new();
-    scratch_items(
-        job.ws,
-        cuts,
-        0,
-        cuts.len(),
-        &mut |batch: &[EdgeCorner<W>]| {
-            // The last row may go on; all before it are complete.
-            let complete = rows.len().saturating_sub(1);
-            edge_file.write(rows_done, &rows[..complete])?;
-            rows_done += complete as u64;
-            rows.drain(..complete);
-            ids.clear();
-            for corner in batch {
-                let turn = found.turn(job, found.nodes.of_corner(corner));
-                let flipped = turn.is_some_and(|turn| turn ^ corner.flipped());
-                let place = flip_k(corner.place() as usize, flipped) as u64;
-                let id = 3 * corner.triangle() + place;
-                ids.push(I::of(id));
-                let (lo, hi) = corner.edge();
-                match rows.last_mut() {
-                    Some(row) if (row.lo, row.hi) == (lo, hi) => row.corners += 1,
-                    _ => rows.push(EdgeRow {
-                        lo,
-                        hi,
-                        corners: 1,
-                        first_corner: id,
-                    }),
-                }
+    found
+        .chosen
+        .cuts
+        .each(job, &mut |corner: &EdgeCorner<W>, label| {
+            if ids.len() == LISTED {
+                corner_file.write(ids_done, &ids)?;
+                ids_done += ids.len() as u64;
+                ids.clear();
             }
-            corner_file.write(ids_done, &ids)?;
-            ids_done += ids.len() as u64;
+            let turn = found.turn(job, label);
+            let flipped = turn.is_some_and(|turn| turn ^ corner.flipped());
+            let place = flip_k(corner.place() as usize, flipped) as u64;
+            let id = 3 * corner.triangle() + place;
+            ids.push(I::of(id));
+            let (lo, hi) = corner.edge();
+            match rows.last_mut() {
+                Some(row) if (row.lo, row.hi) == (lo, hi) => {
+                    row.corners += 1;
+                    return Ok(());
+                }
+                _ => {}
+            }
+            if rows.len() == LISTED {
+                edge_file.write(rows_done, &rows)?;
+                rows_done += rows.len() as u64;
+                rows.clear();
+            }
+            rows.push(EdgeRow {
+                lo,
+                hi,
+                corners: 1,
+                first_corner: id,
+            });
             Ok(())
-        },
-    )?;
+        })?;
+    corner_file.write(ids_done, &ids)?;
     edge_file.write(rows_done, &rows)?;
     if rows_done + rows.len() as u64 != edges {
         let what = format!(

@@ -10,7 +10,7 @@ use super::pipeline::{Built, Clock};
 use super::records::{EdgeCorner, Patch};
 use super::scan::scan;
 use super::seams::{Seaming, seams};
-use super::stitch::stitch;
+use super::stitch::{Linked, stitch};
 use super::tail::Edges;
 use super::way::Way;
 use crate::chunk::grid::{Bounds, Grid};
@@ -62,7 +62,7 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
     })?;
     drop(seam_bits);
     let nodes = Nodes::InOrder(&chunked, job.plan.chunk);
-    check_labels::<W>(job, &chunked, None)?;
+    check_held(job, &chunked, 0)?;
     let spilled = chunked.settled.spilled;
     let edges = edges.finish()?;
     let plan = job.shuffle_plan(size_of::<Patch<W>>(), edges.records());
@@ -93,12 +93,17 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
     let mut counts = settled.counts(job)?;
     let records = links.len() / (2 * W::BYTES as u64);
     let labels = clock.pass("stitch", "links", records, || {
-        stitch::<W>(job, &nodes, &links, |mark| chunked.conflicts(ws, mark))
+        let linked = Linked {
+            nodes,
+            links: &links,
+            conflicts: &|each| chunked.conflicts(ws, each),
+        };
+        let table = chunked.table_bytes();
+        let held = (job.shape).fits_labels(&job.plan, nodes.count(), W::BYTES as u64, table);
+        stitch::<W>(job, &linked, held <= ws.budget.limit())
     })?;
     drop(links);
-    if cuts.records() > 0 {
-        check_labels::<W>(job, &chunked, Some(labels.components))?;
-    }
+    check_held(job, &chunked, labels.components)?;
     let chosen = clock.pass("components", "", 0, || {
         let given = Given {
             nodes,
@@ -128,14 +133,13 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
         degenerate: &degenerate,
     };
     let found = Found {
-        nodes,
         labels: &labels,
         chosen: &chosen,
     };
     let [edges, corners] = clock.pass("finish", "items", t + patches.records(), || {
         apply::<I, W>(job, &chunked, &found, &tables)?;
         fill::<I, W>(job, &found, &patches, &tables, counts.flipped_triangles > 0)?;
-        list_cuts::<I, W>(job, &found, &chosen.cuts, counts.nonmanifold_edges)
+        list_cuts::<I, W>(job, &found, counts.nonmanifold_edges)
     })?;
     let table = chosen.table;
     Ok(Ok(Built {
@@ -146,22 +150,18 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
     }))
 }
 
-/// Refuses, now that the number of local components is known, a budget that is too small for
-/// their labels; and, once the components are counted, for those that non-manifold edges may
-/// join (`joined`).
-fn check_labels<W: Index>(job: &Job, chunked: &Chunked, joined: Option<u64>) -> Result<()> {
-    let nodes = *chunked.base.last().unwrap_or(&0);
-    let budget = &job.ws.budget;
-    let width = W::BYTES as u64;
-    let (shape, plan, table) = (&job.shape, &job.plan, chunked.table_bytes());
-    let need = match joined {
-        None => shape.least_after_chunks(plan, nodes, width, table),
-        Some(components) => shape.least_for_cuts(plan, (nodes, components), width, table),
-    };
-    let have = budget.limit();
+/// Refuses, now that the table of chunks is there, a budget that is too small for what comes
+/// after it; and, once the components are counted, for two bits for each of them.
+fn check_held(job: &Job, chunked: &Chunked, components: u64) -> Result<()> {
+    let table = chunked.table_bytes();
+    let need = job.shape.least_after_chunks(&job.plan, components, table);
+    let have = job.ws.budget.limit();
     if need > have {
         return Err(Error::Budget {
-            what: format!("the labels of {nodes} local components"),
+            what: match components {
+                0 => format!("the table of {} chunks", chunked.infos.len()),
+                _ => format!("two bits for each of {components} components"),
+            },
             // A quarter more than what is short: the other parts grow with the budget.
             need: need + (need - have) / 4,
             have,

@@ -7,6 +7,7 @@
 //!
 //! Memory: none. I/O: none.
 
+use super::chunks::table_bytes;
 use super::deferred::ASKED;
 use super::finish::SPAN;
 use super::plan::{Plan, Shape};
@@ -40,7 +41,7 @@ pub fn id_width(shape: &Shape) -> u64 {
 }
 
 /// Local components that so many chunks leave: of a strip, one and some at its ends.
-pub fn locals(shape: &Shape, plan: &Plan, worst: bool) -> u64 {
+fn locals(shape: &Shape, plan: &Plan, worst: bool) -> u64 {
     let few = 16 * plan.chunks(shape.triangles);
     if worst {
         shape.triangles
@@ -60,6 +61,8 @@ pub struct Load {
     spilled: u64,
     /// Local components.
     locals: u64,
+    /// True when their labels do not fit in memory.
+    contracts: bool,
     /// Triangles whose coordinates are brought to them through sorts.
     deferred: u64,
     /// Bytes of V as the passes read it, and of it in scratch.
@@ -96,13 +99,16 @@ impl Load {
             decoded: !matches!(survey.format, Format::Npy | Format::Raw),
             worst,
         };
+        let (width, locals) = (id_width(&shape), locals(&shape, &plan, worst));
+        let labels = shape.fits_labels(&plan, locals, width, table_bytes(chunks));
         Load {
             shape,
             plan,
             chunks,
-            width: id_width(&shape),
+            width,
             spilled,
-            locals: locals(&shape, &plan, worst),
+            locals,
+            contracts: labels > memory,
             deferred: match (worst, chunks) {
                 _ if shape.coord == 0 => 0,
                 (true, _) => t,
@@ -118,6 +124,7 @@ impl Load {
             },
         }
     }
+
     /// Bytes of the spilled corners, and of the opposites and links that they become.
     fn seams(&self) -> [u64; 3] {
         // Records of every width have the same number of ids.
@@ -150,7 +157,16 @@ impl Load {
             let [asks, answers] = self.asked();
             most = most.max(held + opposites + links + asks.max(answers) + rest(asks));
         }
+        if self.contracts {
+            most = most.max(held + opposites + links + links + self.contracted());
+        }
         most
+    }
+
+    /// Bytes that a contraction keeps besides the links: each node's word and label, what it tells
+    /// its parent and asks of it.
+    fn contracted(&self) -> u64 {
+        self.locals * (4 + 5 * self.width)
     }
 
     /// Bytes of the questions for coordinates, and of the answers.
@@ -223,7 +239,7 @@ impl Load {
         let [counts, measures] = self.known();
         let rows = 7 * index * t;
         let written = rows + corners + counts + measures;
-        let summed = 4 * index * t;
+        let summed = 3 * index * t;
         pass("chunks", "triangles", t, v + self.g + summed, written);
         pass("seams", "corners", self.spilled, corners, opposites + links);
         pass("stitch", "links", self.spilled / 2, links + counts, 0);

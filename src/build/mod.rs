@@ -5,7 +5,8 @@
 //!    O and local labels; spills the corners between seam vertices.
 //! 3. [`seams`]: sorts the spilled corners by edge; finds the remaining opposites and the
 //!    links between local components.
-//! 4. [`stitch`]: joins local components with parity; [`components`] sums and orients them.
+//! 4. [`stitch`]: joins local components with parity ([`graph`]); [`components`] sums and orients
+//!    them.
 //! 5. [`finish`]: applies labels, flips and the opposites from the seams.
 //!
 //! Passes meet only in files and records ([`records`]); this module hands them on.
@@ -16,8 +17,10 @@ pub mod cells;
 pub mod chunks;
 pub mod components;
 pub mod coords;
+pub mod cuts;
 pub mod deferred;
 pub mod finish;
+pub mod graph;
 pub mod nodes;
 pub mod plan;
 pub mod records;
@@ -41,11 +44,15 @@ mod way;
 pub use builder::{Builder, Index as IndexChoice};
 pub use load::PassPrediction;
 pub use pipeline::{BuildReport, PassReport};
+pub use plan::Strategy;
 pub use predict::Prediction;
 pub use staging::parent;
-pub use way::Strategy;
 
+use self::graph::contract::Size;
+use self::graph::labels::{Labels, labels_of};
+use self::nodes::Nodes;
 use self::plan::{MIN_SORT, Plan, Shape};
+use crate::corner::Index;
 use crate::disk::{Lease, ScratchFile, Workspace};
 use crate::error::Result;
 use crate::folder::Orient;
@@ -69,7 +76,7 @@ pub struct Job<'a> {
     pub dir: &'a Path,
     /// How to orient.
     pub orient: Orient,
-    /// Which way to go.
+    /// Which way to go, and how to join local components.
     pub strategy: Strategy,
 }
 
@@ -117,6 +124,25 @@ impl Job<'_> {
         )
     }
 
+    /// The same for a shuffle with one writer, whatever the number of threads.
+    fn single_plan(&self, record_bytes: usize, expected: u64) -> shuffle::Plan {
+        let mut plan = self.shuffle_plan(record_bytes, expected);
+        plan.buckets = plan.buckets.min(256);
+        plan
+    }
+
+    /// The labels of the local components that a file lists, in its order.
+    fn labels_in_order<W: Index>(
+        &self,
+        labels: &Labels<W>,
+        nodes: &Nodes,
+        locals: &ScratchFile,
+    ) -> Result<ScratchFile> {
+        let plan = self.single_plan(2 * W::BYTES, locals.len() / W::BYTES as u64);
+        let sort = self.sort_memory(2 * plan.writer_bytes());
+        labels_of(self.ws, labels, (locals, nodes.count()), plan, sort)
+    }
+
     /// Memory of one thread's sorter when `reserved` bytes more are still to be drawn.
     fn sort_memory(&self, reserved: u64) -> u64 {
         // A quarter stays free for what a shuffle holds besides its buffers.
@@ -124,6 +150,22 @@ impl Job<'_> {
         (free / self.ws.workers.count() as u64).clamp(MIN_SORT, MOST_SORT)
     }
 }
+
+/// The memory of a contraction: what is free, but for blocks of records in passing. A test that
+/// wants many buckets gets many runs of nodes.
+fn contraction_size<W: Index>(job: &Job, nodes: u64) -> Size {
+    let width = W::BYTES as u64;
+    let memory = (job.ws.budget.free() / 8 * 7).max(Size::least(width));
+    let mut size = Size::within(memory, nodes, width);
+    if let Some(buckets) = job.plan.buckets {
+        let run = nodes.div_ceil(buckets as u64).next_power_of_two();
+        size.shift = size.shift.min(run.ilog2());
+    }
+    size
+}
+
+/// Bytes of a scratch file that are read at a time.
+const SCRATCH_BLOCK: usize = 64 << 10;
 
 /// Hands the records in a range of a scratch file to `each`, 64 KiB at a time.
 fn scratch_items<T: bytemuck::Pod>(
@@ -133,9 +175,8 @@ fn scratch_items<T: bytemuck::Pod>(
     bytes: u64,
     each: &mut dyn FnMut(&[T]) -> Result<()>,
 ) -> Result<()> {
-    const BLOCK: u64 = 64 << 10;
     let item = size_of::<T>() as u64;
-    let per_block = (BLOCK / item).max(1).min(bytes / item);
+    let per_block = (SCRATCH_BLOCK as u64 / item).max(1).min(bytes / item);
     let _lease = ws.budget.lease("a block of records", per_block * item)?;
     let mut block = vec![T::zeroed(); per_block as usize];
     let mut done = 0;

@@ -24,7 +24,7 @@ impl Nodes<'_> {
     /// How many there are.
     pub fn count(&self) -> u64 {
         match self {
-            Nodes::InOrder(chunked, _) => *chunked.base.last().unwrap_or(&0),
+            Nodes::InOrder(chunked, _) => chunked.locals(),
             Nodes::ByName(names) => names.count(),
         }
     }

@@ -5,6 +5,7 @@
 //! fewer seams), a quarter at most to the bits that find the seam vertices, and the writers of
 //! the seam records get a sixteenth each. Passes after the chunks have the whole budget again.
 
+use super::graph::contract::Size;
 use crate::chunk::ids::{NARROW_SPAN, TABLE_BYTES};
 use crate::chunk::measure::Measurer;
 use crate::error::{Error, Result};
@@ -35,6 +36,22 @@ pub struct Shape {
     pub threads: u64,
 }
 
+/// Which way a build goes, and how local components are joined. The output does not depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Strategy {
+    /// What suits the mesh and the budget.
+    #[default]
+    Auto,
+    /// Through cells of vertices near in space, where there are coordinates; else by id.
+    ByPlace,
+    /// Through cells of vertices near in number; joined in memory, or refused.
+    ById,
+    /// In file order; joined in memory, or refused.
+    Memory,
+    /// In file order; joined by contraction, labels in a file.
+    Contract,
+}
+
 /// The sizes that a build uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plan {
@@ -50,6 +67,8 @@ pub struct Plan {
     pub buckets: Option<usize>,
 }
 
+/// Bytes of a field in a scratch record, at most.
+const MOST_WIDTH: u64 = 8;
 /// What a writer of a shuffle keeps in memory at most when it wrote nothing.
 const KEPT: u64 = 256 << 10;
 /// One part in so many of the budget is left for blocks of records in passing, and for what
@@ -60,8 +79,9 @@ fn with_slack(bytes: u64) -> u64 {
     bytes.div_ceil(SLACK - 1) * SLACK + (64 << 10)
 }
 
-/// The least budget for any mesh on so many threads, but for its local components: a chunk of
-/// the least size, the widest types, a few bits, the least sorters and writers.
+/// The least budget for any mesh on so many threads, but for the table of its chunks and the
+/// bits of its components: a chunk of the least size, the widest types, a few bits, the least
+/// sorters and writers.
 pub fn least(threads: u64) -> u64 {
     let widest = Shape {
         triangles: 1 << 40,
@@ -79,7 +99,7 @@ pub fn least(threads: u64) -> u64 {
     };
     // The seam pass sorts, and writes three kinds of records, on every thread.
     let seams = threads * (MIN_SORT + 8 * MIN_WRITER);
-    let after = widest.least_after_chunks(&plan, 0, 8, 0);
+    let after = widest.least_after_chunks(&plan, 0, 0);
     // What comes after the chunks grows a little with the budget.
     with_slack(widest.pass_bytes(&plan).max(seams)).max(after + after / 6)
 }
@@ -145,38 +165,37 @@ impl Shape {
         self.threads * thread + plan.bits / 4
     }
 
-    /// The least budget with which every mesh gets as far as its local components.
+    /// The least budget for any mesh on so many threads.
     pub fn least(&self) -> u64 {
         least(self.threads)
     }
 
-    /// The least budget for what comes after the chunk pass: a label and bits for each of
-    /// `nodes` local components of `width` bytes, a chunk's labels and coordinates once more,
-    /// sorters and writers; `table` bytes are the table of chunks. What the writers of two
-    /// shuffles may keep in memory is counted whether or not they do.
-    pub fn least_after_chunks(&self, plan: &Plan, nodes: u64, width: u64, table: u64) -> u64 {
-        let again = plan.again * self.again_bytes() + plan.chunk * (self.index + 1);
-        let thread = again + MIN_SORT + 6 * MIN_WRITER;
-        self.label_bytes(plan, nodes, width, table) + with_slack(self.threads * thread)
+    /// The least budget for what comes after the chunk pass, with labels in a file: a chunk's
+    /// labels and coordinates once more, sorters and writers, a contraction; two bits for each of
+    /// `components`; `table` bytes are the table of chunks. What the writers of two shuffles may
+    /// keep in memory is counted whether or not they do.
+    pub fn least_after_chunks(&self, plan: &Plan, components: u64, table: u64) -> u64 {
+        self.held_bytes(plan, table) + components / 4 + self.passing_bytes(plan)
     }
 
-    /// The least budget for the corners on non-manifold edges, which come after that: a word
-    /// for each of the components that they may join, a sorter and writers on one thread.
-    pub fn least_for_cuts(
-        &self,
-        plan: &Plan,
-        (nodes, components): (u64, u64),
-        width: u64,
-        table: u64,
-    ) -> u64 {
-        let labels = self.label_bytes(plan, nodes, width, table);
-        labels + 8 * components + with_slack(2 * MIN_SORT + 4 * MIN_WRITER)
+    /// The least budget with which a label of `width` bytes for each of `nodes` local components
+    /// stays in memory, and the bits of as many components.
+    pub fn fits_labels(&self, plan: &Plan, nodes: u64, width: u64, table: u64) -> u64 {
+        self.held_bytes(plan, table) + nodes * width + nodes / 2 + self.passing_bytes(plan)
+    }
+
+    /// What passes after the chunks draw and give back, at least.
+    fn passing_bytes(&self, plan: &Plan) -> u64 {
+        let labels = plan.chunk.min(self.triangles) * (self.index + 1 + MOST_WIDTH);
+        let again = plan.again * self.again_bytes() + labels;
+        let thread = again + MIN_SORT + 6 * MIN_WRITER;
+        let one = Size::least(MOST_WIDTH).max(2 * MIN_SORT + 4 * MIN_WRITER);
+        with_slack((self.threads * thread).max(one))
     }
 
     /// What is held from the chunk pass to the end.
-    fn label_bytes(&self, plan: &Plan, nodes: u64, width: u64, table: u64) -> u64 {
-        let held = table + 2 * self.threads * plan.writer.min(KEPT);
-        held + nodes * width + nodes / 2
+    fn held_bytes(&self, plan: &Plan, table: u64) -> u64 {
+        table + 2 * self.threads * plan.writer.min(KEPT)
     }
 
     /// The number of bits for N ids that fits `limit` bits: one each, or a power of two.

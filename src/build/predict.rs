@@ -14,7 +14,7 @@
 //! Memory: none. I/O: none.
 
 use super::chunks::table_bytes;
-use super::load::{Load, PassPrediction, id_width, locals};
+use super::load::{Load, PassPrediction, id_width};
 use super::plan::{Plan, Shape};
 use crate::error::{Error, Result};
 use crate::folder::npy::DATA_START;
@@ -37,10 +37,10 @@ pub struct Prediction {
     pub shape: Shape,
     /// The budget, in bytes.
     pub memory: u64,
-    /// A budget that suffices for a coherent mesh, close to the least that does, in bytes.
+    /// A budget that suffices, close to the least that does, in bytes.
     pub least_memory: u64,
-    /// A budget that suffices for the worst order, in bytes.
-    pub worst_memory: u64,
+    /// A budget with which labels stay in memory in the worst order, in bytes.
+    pub label_memory: u64,
     /// How the budget would be cut up (the least one, when it is too small).
     pub plan: Plan,
     /// The arrays of the folder, without checksums.
@@ -91,7 +91,7 @@ impl Prediction {
             survey.coords,
             sizes.threads,
         );
-        let least = enough(&shape, false)?;
+        let least = enough(&shape, 0)?;
         let plan = Plan::new(&shape, sizes.memory.max(least), sizes.chunk, sizes.buckets)?;
         let arrays = arrays(&shape);
         let checksums: u64 = arrays.iter().map(|a| a.bytes.div_ceil(BLOCK)).sum();
@@ -102,7 +102,7 @@ impl Prediction {
         Ok(Prediction {
             memory: sizes.memory,
             least_memory: least,
-            worst_memory: enough(&shape, true)?,
+            label_memory: enough(&shape, triangles)?,
             plan,
             output: data + manifest,
             scratch: coherent.scratch(),
@@ -127,22 +127,24 @@ impl Prediction {
             triangles, threads, ..
         } = self.shape;
         Err(Error::Budget {
-            what: format!("{triangles} coherent triangles on {threads} threads"),
+            what: format!("{triangles} triangles on {threads} threads"),
             need: self.least_memory,
             have: self.memory,
         })
     }
 }
 
-/// A budget that suffices, close to the least that does.
-fn enough(shape: &Shape, worst: bool) -> Result<u64> {
+/// A budget that suffices, close to the least that does, with so many labels in memory.
+fn enough(shape: &Shape, labels: u64) -> Result<u64> {
     let mut memory = shape.least();
     loop {
         // Chunks and writers grow with the budget, but less than it.
         let plan = Plan::new(shape, memory, None, None)?;
         let table = table_bytes(plan.chunks(shape.triangles));
-        let nodes = locals(shape, &plan, worst);
-        let need = shape.least_after_chunks(&plan, nodes, id_width(shape), table);
+        let need = match labels {
+            0 => shape.least_after_chunks(&plan, 1, table),
+            _ => shape.fits_labels(&plan, labels, id_width(shape), table),
+        };
         if need <= memory {
             return Ok(memory);
         }

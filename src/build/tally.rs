@@ -5,10 +5,10 @@
 //! are integers, minima or maxima, so it does not matter in how many pieces they arrive; the
 //! shuffle brings the pieces of a component together. Few components never spill.
 //!
-//! Memory: a table of 176 bytes a slot and one writer for each thread. I/O: 160 bytes for each
+//! Memory: a table of 160 bytes a slot and one writer for each thread. I/O: 144 bytes for each
 //! piece, written and read once.
 
-use super::records::MeasureRecord;
+use super::records::{LocalCount, MeasureRecord};
 use crate::chunk::measure::Measure;
 use crate::disk::Lease;
 use crate::error::Result;
@@ -26,10 +26,6 @@ pub struct Sums {
     pub flipped: u64,
     /// Border edges.
     pub borders: u64,
-    /// Corners on non-manifold edges.
-    pub cuts: u64,
-    /// True when its oriented corners do not cancel at some non-manifold edge.
-    pub unbalanced: bool,
     /// Geometry, oriented like the component's first triangle.
     pub measure: Measure,
 }
@@ -41,21 +37,27 @@ impl Default for Sums {
             triangles: 0,
             flipped: 0,
             borders: 0,
-            cuts: 0,
-            unbalanced: false,
             measure: Measure::default(),
         }
     }
 }
 
 impl Sums {
+    /// Takes in what a chunk that begins with triangle `start` counted of a local component,
+    /// whose first triangle is flipped against the component's when `flip`.
+    pub fn count(&mut self, local: &LocalCount, start: u64, flip: bool) {
+        let (triangles, flipped) = (local.triangles, local.flipped);
+        self.first = self.first.min(start + u64::from(local.first));
+        self.triangles += u64::from(triangles);
+        self.flipped += u64::from(if flip { triangles - flipped } else { flipped });
+        self.borders += u64::from(local.borders & !LocalCount::CONFLICT);
+    }
+
     fn merge(&mut self, other: &Sums) {
         self.first = self.first.min(other.first);
         self.triangles += other.triangles;
         self.flipped += other.flipped;
         self.borders += other.borders;
-        self.cuts += other.cuts;
-        self.unbalanced |= other.unbalanced;
         self.measure.merge(&other.measure, false);
     }
 }
@@ -65,36 +67,26 @@ impl Sums {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Piece {
     component: u64,
-    counts: [u64; 6],
+    counts: [u64; 4],
     measure: MeasureRecord,
 }
 
 impl Piece {
     fn new(component: u64, s: &Sums) -> Piece {
-        let unbalanced = u64::from(s.unbalanced);
         Piece {
             component,
-            counts: [
-                s.first,
-                s.triangles,
-                s.flipped,
-                s.borders,
-                s.cuts,
-                unbalanced,
-            ],
+            counts: [s.first, s.triangles, s.flipped, s.borders],
             measure: MeasureRecord::new(&s.measure),
         }
     }
 
     fn sums(&self) -> Sums {
-        let [first, triangles, flipped, borders, cuts, unbalanced] = self.counts;
+        let [first, triangles, flipped, borders] = self.counts;
         Sums {
             first,
             triangles,
             flipped,
             borders,
-            cuts,
-            unbalanced: unbalanced != 0,
             measure: self.measure.get(),
         }
     }

@@ -9,6 +9,7 @@ use super::Job;
 use super::arrays::TriangleReader;
 use super::cells::CellPlan;
 use super::cells::map::CellMap;
+use super::plan::Strategy;
 use crate::chunk::ids::{LocalIds, TABLE_BYTES};
 use crate::corner::Index;
 use crate::error::Result;
@@ -17,20 +18,6 @@ use crate::error::Result;
 const BLOCK: u64 = 64 << 10;
 /// Blocks that are looked at.
 const BLOCKS: u64 = 4;
-
-/// Which way to go, for tests and measurements. The output does not depend on it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Strategy {
-    /// What suits the mesh and the budget.
-    #[default]
-    Auto,
-    /// Chunks of consecutive triangles.
-    InOrder,
-    /// Cells of vertices near in space, where there are coordinates; else by id.
-    ByPlace,
-    /// Cells of vertices near in number.
-    ById,
-}
 
 /// What cells are made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +47,7 @@ pub enum Way {
 pub fn choose<I: Index>(job: &Job) -> Result<Way> {
     let in_order = Way::InOrder { whatever: true };
     Ok(match job.strategy {
-        Strategy::InOrder => in_order,
+        Strategy::Memory | Strategy::Contract => in_order,
         Strategy::ByPlace if job.g.is_some() => Way::Cells(Kind::Place),
         Strategy::ByPlace | Strategy::ById => Way::Cells(Kind::Id),
         Strategy::Auto => match fitting(job) {

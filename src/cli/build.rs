@@ -75,9 +75,10 @@ pub struct BuildArgs {
 enum StrategyArg {
     #[default]
     Auto,
-    InOrder,
     ByPlace,
     ById,
+    Memory,
+    Contract,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -125,7 +126,6 @@ enum FormatArg {
     /// NumPy arrays
     Npy,
 }
-
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum RawArg {
     /// Unsigned, 4 bytes
@@ -264,9 +264,10 @@ fn builder(args: &BuildArgs) -> Builder {
     }
     builder = builder.strategy(match args.strategy {
         StrategyArg::Auto => Strategy::Auto,
-        StrategyArg::InOrder => Strategy::InOrder,
         StrategyArg::ByPlace => Strategy::ByPlace,
         StrategyArg::ById => Strategy::ById,
+        StrategyArg::Memory => Strategy::Memory,
+        StrategyArg::Contract => Strategy::Contract,
     });
     if let Some(buckets) = args.buckets {
         builder = builder.buckets(buckets);

@@ -173,6 +173,11 @@ impl ScratchFile {
         self.data.read_at(buf, at)
     }
 
+    /// So many bytes from byte `at` will be read soon.
+    pub fn expect(&self, at: u64, bytes: u64) {
+        self.data.expect(at..at + bytes);
+    }
+
     /// End of what was appended, written or reserved so far.
     pub fn len(&self) -> u64 {
         self.len.load(Ordering::Relaxed)

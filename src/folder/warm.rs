@@ -99,11 +99,25 @@ impl WarmSums {
             let n = range.end.min(whole.end) - range.start.max(whole.start);
             let size = whole.end - whole.start;
             let before = block.passed.fetch_add(n, Ordering::AcqRel);
-            if self.early && before < size && before + n >= size {
-                self.take(file, b)?;
+            if before < size && before + n >= size {
+                if self.early {
+                    self.take(file, b)?;
+                }
+                if write {
+                    self.settle(file, b);
+                }
             }
         }
         Ok(())
+    }
+
+    /// Block `b` was just completed: starts its way to the device. That of the block before is
+    /// mostly done, so it may leave memory, unless the file is to be read again.
+    fn settle(&self, file: &DataFile, b: u64) {
+        file.settle(self.range(b), self.bytes);
+        if let (true, Some(before)) = (self.early, b.checked_sub(2)) {
+            file.release(self.range(before), self.bytes);
+        }
     }
 
     /// Takes the sum of a block, if there is memory for it.

@@ -15,8 +15,11 @@ use super::writer::lock;
 use crate::disk::{Budget, Lease, Scratch, ScratchFile};
 use crate::error::{Error, Result};
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
+
+/// A shuffle of so many bytes may have left the page cache when it is read.
+const FAR: u64 = 1 << 30;
 
 /// What a writer handed in.
 pub(super) enum Held<R> {
@@ -70,6 +73,10 @@ pub struct Buckets<R> {
     files: Vec<Mutex<Shared>>,
     held: Vec<Held<R>>,
     taken: Vec<AtomicBool>,
+    /// Sorters that were made: so many buckets are read at a time.
+    sorters: AtomicU64,
+    /// Buckets before this one were announced.
+    announced: AtomicU64,
     records: u64,
     spilled: u64,
     budget: Budget,
@@ -96,6 +103,8 @@ impl<R: Record> Buckets<R> {
             taken: (0..layout.buckets)
                 .map(|_| AtomicBool::new(false))
                 .collect(),
+            sorters: AtomicU64::new(0),
+            announced: AtomicU64::new(0),
             layout,
             held,
             records,
@@ -137,6 +146,7 @@ impl<R: Record> Buckets<R> {
     /// # Errors
     /// [`Error::Budget`] when `memory` is too small, or not free.
     pub fn sorter(&self, memory: u64) -> Result<Sorter<R>> {
+        self.sorters.fetch_add(1, Ordering::Relaxed);
         Sorter::new(&self.budget, &self.scratch, memory)
     }
 
@@ -193,6 +203,7 @@ impl<R: Record> Buckets<R> {
                 self.count()
             )));
         }
+        self.announce(b);
         let done = read(&self.bucket(b));
         let mut shared = lock(&self.files[(b >> self.layout.file_shift) as usize]);
         shared.unread -= 1;
@@ -209,6 +220,17 @@ impl<R: Record> Buckets<R> {
             held: &self.held,
             b,
         }
+    }
+
+    /// Bucket `b` is about to be read: begins to read those that come next, one for each sorter
+    /// (two where buckets are taken unsorted), when there are so many bytes that they are not in memory anyway.
+    fn announce(&self, b: u64) {
+        if self.spilled < FAR {
+            return;
+        }
+        let end = (b + 1 + self.sorters.load(Ordering::Relaxed).max(2)).min(self.count());
+        let from = self.announced.fetch_max(end, Ordering::Relaxed);
+        (from.max(b + 1)..end).for_each(|next| self.bucket(next).announce());
     }
 
     /// As [`sorted`](Buckets::sorted), for all buckets in order.
@@ -288,6 +310,14 @@ impl<R: Record> Bucket<'_, R> {
             )));
         };
         file.read_at(bytemuck::cast_slice_mut(into), at)
+    }
+
+    /// Tells the system that the bucket will be read soon.
+    fn announce(&self) {
+        if let Some(file) = &self.file {
+            let bytes = |run: &Run| u64::from(run.records) * size_of::<R>() as u64;
+            self.runs().for_each(|run| file.expect(run.at, bytes(&run)));
+        }
     }
 
     /// Frees a run that was read. Where that is not possible the whole file goes later.

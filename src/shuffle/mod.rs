@@ -24,7 +24,9 @@
 mod buckets;
 mod layout;
 mod plan;
+mod pool;
 mod radix;
+mod relay;
 mod runs;
 mod sorter;
 mod split;
@@ -34,6 +36,7 @@ mod writer;
 
 pub use buckets::Buckets;
 pub use plan::{Plan, tail};
+pub use relay::Relay;
 pub use sorter::Sorter;
 pub use writer::{Shuffle, Writer};
 

@@ -8,6 +8,7 @@
 //! the record space are touched as buckets need them, and reused.
 
 use super::buckets::Bucket;
+use super::pool::footer;
 use super::radix::{self, Tables};
 use super::split::{self, Part};
 use super::{Record, compare};
@@ -53,7 +54,7 @@ impl<R: Record> Sorter<R> {
         let lease = budget.lease("a sorter of the shuffle", memory)?;
         let size = size_of::<R>() as u64;
         let block = (memory / 32).min(BLOCK) / size;
-        let block = block.max(split::footer::<R>() as u64 + 1);
+        let block = block.max(footer::<R>() as u64 + 1);
         let parts = split::least_parts::<R>() as u64 + 4 * (memory / 2 / (block * size)).min(128);
         let fixed = parts * size_of::<Part>() as u64;
         // Tables for as many records as there would be without them: a little more than needed.
@@ -78,7 +79,7 @@ impl<R: Record> Sorter<R> {
 
     /// The most records that are sorted in memory at once.
     pub fn capacity(&self) -> u64 {
-        (self.room - split::footer::<R>()) as u64
+        (self.room - footer::<R>()) as u64
     }
 
     pub(super) fn sort(

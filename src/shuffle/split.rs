@@ -4,31 +4,27 @@
 //! differ at all, so no pass is spent on bits or levels that all records share, and each cut
 //! leaves at least two parts. A part whose records agree in all levels is streamed.
 //!
-//! Parts live in one temporary file of equal blocks. Each block ends with a footer that names
-//! the block before it of the same part, and blocks that were read are written again: the file
-//! stays about as long as the bucket, however often parts are split.
+//! Parts live as chains of blocks in one temporary file (see [`pool`](super::pool)), which stays
+//! about as long as the bucket, however often parts are split.
 //!
 //! Memory: the sorter's record space as buffers, one block for each part and one for input; a
 //! stack of parts whose bound [`least_parts`] explains. I/O: each split reads and writes its
 //! part once; an oversized bucket is read once more to learn the bounds of its keys.
 
 use super::buckets::Bucket;
+use super::pool::{NONE, Pool, footer};
 use super::sorter::Sorter;
 use super::{Record, Spread};
-use crate::disk::{Scratch, ScratchFile};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
-/// No block: ends a chain, or says that a part is the bucket itself.
-const NONE: u64 = u64::MAX;
 /// Parts of one split at most.
 const FAN: u64 = 128;
-/// Free blocks remembered in memory; the others are chained on disk.
-const FREE: usize = 64;
 
 /// Records of one key interval that wait on disk.
 #[derive(Clone, Copy)]
 pub(super) struct Part {
-    /// The block written last, which all but fills the chain: only it may be part full.
+    /// The block written last, which all but fills the chain: only it may be part full. None
+    /// when the part is the bucket itself.
     head: u64,
     records: u64,
     /// All records agree in the levels below.
@@ -47,11 +43,6 @@ pub(super) const fn least_parts<R: Record>() -> usize {
     64 * R::LEVELS + 1
 }
 
-/// Records that hold the footer of a block.
-pub(super) const fn footer<R: Record>() -> usize {
-    8usize.div_ceil(size_of::<R>())
-}
-
 /// Splits and sorts a bucket of more than `sorter.capacity()` records.
 pub(super) fn sort<R: Record>(
     sorter: &mut Sorter<R>,
@@ -62,7 +53,11 @@ pub(super) fn sort<R: Record>(
     let mut store = Store {
         bucket,
         block: sorter.block,
-        pool: Pool::new(&sorter.scratch, (sorter.block * size_of::<R>()) as u64),
+        pool: Pool::new(
+            &sorter.scratch,
+            "a split bucket",
+            (sorter.block * size_of::<R>()) as u64,
+        ),
     };
     sorter.parts.clear();
     sorter.parts.push(Part {
@@ -247,84 +242,5 @@ impl<R: Record> Store<'_, R> {
     /// Records in the head block of a chain of `left`: what full blocks leave over.
     fn in_block(left: u64, per: u64) -> usize {
         ((left - 1) % per + 1) as usize
-    }
-}
-
-/// A temporary file of equal blocks, each linked to another by a footer.
-struct Pool {
-    scratch: Scratch,
-    file: Option<ScratchFile>,
-    block_bytes: u64,
-    blocks: u64,
-    free: Vec<u64>,
-    /// Free blocks beyond those in `free`, linked by their first bytes.
-    chain: u64,
-}
-
-impl Pool {
-    fn new(scratch: &Scratch, block_bytes: u64) -> Pool {
-        Pool {
-            scratch: scratch.clone(),
-            file: None,
-            block_bytes,
-            blocks: 0,
-            free: Vec::with_capacity(FREE),
-            chain: NONE,
-        }
-    }
-
-    fn file(&self) -> Result<&ScratchFile> {
-        let gone = || Error::Internal("a split has no file yet".into());
-        self.file.as_ref().ok_or_else(gone)
-    }
-
-    /// Writes records and their footer, which is overwritten with `link`; returns the block.
-    fn write<R: Record>(&mut self, block: &mut [R], link: u64) -> Result<u64> {
-        if self.file.is_none() {
-            self.file = Some(self.scratch.file("a split bucket")?);
-        }
-        let at = self.take()?;
-        let foot = block.len() - footer::<R>();
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut block[foot..]);
-        bytes[..8].copy_from_slice(&link.to_le_bytes());
-        let bytes: &[u8] = bytemuck::cast_slice(block);
-        self.file()?.write_at(bytes, at * self.block_bytes)?;
-        Ok(at)
-    }
-
-    /// Reads records and their footer; returns the link in it.
-    fn read<R: Record>(&self, block: &mut [R], at: u64) -> Result<u64> {
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(block);
-        self.file()?.read_at(bytes, at * self.block_bytes)?;
-        let foot = bytes.len() - footer::<R>() * size_of::<R>();
-        let mut link = [0; 8];
-        link.copy_from_slice(&bytes[foot..foot + 8]);
-        Ok(u64::from_le_bytes(link))
-    }
-
-    fn take(&mut self) -> Result<u64> {
-        if let Some(at) = self.free.pop() {
-            return Ok(at);
-        }
-        if self.chain == NONE {
-            self.blocks += 1;
-            return Ok(self.blocks - 1);
-        }
-        let at = self.chain;
-        let mut link = [0; 8];
-        self.file()?.read_at(&mut link, at * self.block_bytes)?;
-        self.chain = u64::from_le_bytes(link);
-        Ok(at)
-    }
-
-    fn give(&mut self, at: u64) -> Result<()> {
-        if self.free.len() < FREE {
-            self.free.push(at);
-            return Ok(());
-        }
-        let link = self.chain.to_le_bytes();
-        self.file()?.write_at(&link, at * self.block_bytes)?;
-        self.chain = at;
-        Ok(())
     }
 }

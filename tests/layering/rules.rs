@@ -58,9 +58,7 @@ const HANDED_ON: [(&str, &[&str]); 4] = [
 
 /// What passes take from each other besides, against the table: tools that belong below both, and
 /// a step of `components` in a file of its own. No more may come.
-const BORROWED: [(&str, &str, &str); 5] = [
-    ("components", "stitch", "Bits"),
-    ("components", "stitch", "Union"),
+const BORROWED: [(&str, &str, &str); 3] = [
     ("components", "deferred", "Deferred"),
     ("components", "deferred", "measure_deferred"),
     ("finish", "deferred", "ChunkLabels"),

@@ -218,14 +218,14 @@ fn coordinates_are_read_from_far_rows() {
 #[test]
 fn rows_of_the_folder_are_written_where_they_belong() {
     let dir = tempfile::tempdir().expect("a temporary directory");
-    let io = Arc::new(Counters::default());
+    let ws = workspace(dir.path(), 1 << 20);
     for corners in CORNERS {
         let rows = corners / 3 + 2;
         let path = dir.path().join("O.npy");
         for item in [4, 8] {
             let descr = if item == 8 { "<u8" } else { "<u4" };
             let array =
-                OutArray::create(dir.path(), "O.npy", descr, &[rows, 3], 3 * item, &io).unwrap();
+                OutArray::create(dir.path(), "O.npy", descr, &[rows, 3], 3 * item, &ws).unwrap();
             let end = place(DATA_START, 3 * rows, item);
             assert_eq!(array.file.len().unwrap(), end);
             // Three corners before the boundary and three after it, by item number.

@@ -84,6 +84,7 @@ fn a_shuffle_sorts_keys_around_every_boundary() {
             let plan = Plan {
                 buckets,
                 buffer_bytes: 512,
+                ..Plan::within(1 << 20, 1, 32, 20_000, 1 << 20)
             };
             let shuffle = Shuffle::<EdgeCorner<u64>>::new(&ws, "test", 0..top, plan).unwrap();
             let mut keys: Vec<u64> = around().filter(|&key| key < top).collect();
