@@ -216,14 +216,15 @@ fn a_budget_below_the_least_is_told_and_ends_with_5() {
 }
 
 #[test]
-fn the_least_budget_does_for_any_order() {
+fn a_budget_for_any_order_is_foretold() {
     let case = Case::new(&shuffled(larger()), "ply");
     let guess = case.predict(&["--memory=300KiB"], 5);
     let least = number(&guess, "/memory/least");
+    let worst = number(&guess, "/memory/worst_order");
     let labels = number(&guess, "/memory/labels");
-    assert!(least < labels);
+    assert!(least < worst && worst < labels);
     // Labels go to a file, which shows in what the pass writes, or stay in memory.
-    for (memory, in_file) in [(least, true), (labels, false)] {
+    for (memory, in_file) in [(least, true), (worst, true), (labels, false)] {
         let report = case.report(&[&format!("--memory={memory}B")]);
         assert_eq!(report["counts"]["components"], 1);
         let passes = report["build"]["passes"].as_array().expect("passes");

@@ -145,6 +145,14 @@ impl Load {
         ]
     }
 
+    /// Bytes of the records that go through one shuffle, at most.
+    pub fn largest_shuffle(&self) -> u64 {
+        let [corners, opposites, _] = self.seams();
+        let [asks, answers] = self.asked();
+        // Of two that are alive together, both count.
+        (corners + opposites).max(asks + answers)
+    }
+
     /// The most scratch space at once.
     pub fn scratch(&self) -> u64 {
         let rest = |bytes| tail(bytes, self.shape.threads, self.plan.writer);

@@ -20,6 +20,7 @@ use crate::error::{Error, Result};
 use crate::folder::npy::DATA_START;
 use crate::folder::{self, BLOCK, COMPONENT_DESCR, ComponentRow, EDGE_DESCR, FileEntry};
 use crate::input::{Survey, closed_vertices};
+use crate::shuffle::noted;
 
 /// Beyond this no count is believed; products of counts and widths stay below 2^64.
 const MOST: u64 = 1 << 50;
@@ -37,8 +38,10 @@ pub struct Prediction {
     pub shape: Shape,
     /// The budget, in bytes.
     pub memory: u64,
-    /// A budget that suffices, close to the least that does, in bytes.
+    /// A budget that suffices for a coherent mesh, close to the least that does, in bytes.
     pub least_memory: u64,
+    /// A budget that suffices for the worst order: shuffles note where their records lie.
+    pub worst_memory: u64,
     /// A budget with which labels stay in memory in the worst order, in bytes.
     pub label_memory: u64,
     /// How the budget would be cut up (the least one, when it is too small).
@@ -102,6 +105,7 @@ impl Prediction {
         Ok(Prediction {
             memory: sizes.memory,
             least_memory: least,
+            worst_memory: least + noted(worst.largest_shuffle()),
             label_memory: enough(&shape, triangles)?,
             plan,
             output: data + manifest,

@@ -48,8 +48,10 @@ pub struct Predicted {
 pub struct Memory {
     /// The budget of `--memory`.
     pub budget: u64,
-    /// The least that a build accepts, whatever the order.
+    /// The least that a build accepts.
     pub least: u64,
+    /// What suffices for the worst order.
+    pub worst_order: u64,
     /// What keeps labels in memory in the worst order.
     pub labels: u64,
     /// True when the budget is not below the least.
@@ -113,6 +115,7 @@ pub fn predicted(p: &Prediction) -> Predicted {
         memory: Memory {
             budget: p.memory,
             least: p.least_memory,
+            worst_order: p.worst_memory,
             labels: p.label_memory,
             accepted: p.check().is_ok(),
         },
@@ -180,7 +183,9 @@ fn sizes(out: &mut String, p: &Predicted) {
         "the budget, which is too small: the build would be refused"
     };
     row("memory", p.memory.budget, verdict);
-    row("  least", p.memory.least, "whatever the order");
+    row("  least", p.memory.least, "for a coherent mesh");
+    let worst = "suffices for triangles and vertices in random order";
+    row("  worst order", p.memory.worst_order, worst);
     let labels = "keeps labels in memory, in random order too";
     row("  labels", p.memory.labels, labels);
     row("scratch", p.scratch.coherent, "for a coherent mesh");

@@ -33,7 +33,7 @@ mod tests;
 mod writer;
 
 pub use buckets::Buckets;
-pub use plan::{Plan, tail};
+pub use plan::{Plan, noted, tail};
 pub use relay::Relay;
 pub use sorter::Sorter;
 pub use writer::{Shuffle, Writer};

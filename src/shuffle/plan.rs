@@ -1,7 +1,7 @@
 //! How many buckets, and how large a buffer for each: the only knobs of a shuffle, chosen from
 //! memory and expected volume. They never change the result.
 
-use super::layout::FILES;
+use super::layout::{EXTENT_BYTES, FILES};
 
 /// Buckets of about this many bytes are sorted within a core's second-level cache.
 const CACHE: u64 = 512 << 10;
@@ -59,6 +59,14 @@ impl Plan {
             buffer_bytes: (buffer / record * record).max(record) as usize,
         }
     }
+}
+
+/// Memory, in bytes, of what a shuffle of `bytes` notes of the parts that it wrote, at most: each
+/// part is a buffer, noted by its writer and once more for all.
+pub fn noted(bytes: u64) -> u64 {
+    bytes
+        .div_ceil(SMALL_BUFFER)
+        .saturating_mul(2 * EXTENT_BYTES)
 }
 
 /// Scratch, in bytes, that a shuffle of `bytes` still holds when its last bucket was handed on:
