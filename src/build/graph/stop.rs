@@ -107,12 +107,10 @@ impl<W: Index> Stop<W> {
 
     #[inline]
     fn offer(&mut self, root: u64, word: u64) {
+        // Links to the same node that disagree are found when they are re-keyed.
         let best = &mut self.best[root as usize];
-        let have = best.wide();
-        if word >> 1 > have >> 1 {
+        if word >> 1 > best.wide() >> 1 {
             *best = W::of(word);
-        } else if word == have ^ 1 {
-            self.conflict(root);
         }
     }
 
