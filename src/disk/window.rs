@@ -82,6 +82,10 @@ impl Window {
     ///
     /// `None` when the window's start is not aligned to T, or its length is no multiple of T.
     pub fn slice<T: Pod>(&self) -> Option<&[T]> {
+        if self.map.is_none() {
+            // Nothing is mapped, so there is nothing to be aligned.
+            return Some(&[]);
+        }
         bytemuck::try_cast_slice(self.bytes()).ok()
     }
 }
@@ -114,5 +118,7 @@ mod tests {
         let window = Window::populated(&file, 4096, 8).unwrap();
         assert_eq!(window.slice::<u32>().unwrap().len(), 2);
         assert!(window.slice::<[u8; 3]>().is_none());
+        let empty = Window::new(&file, 5, 0).unwrap();
+        assert!(empty.slice::<u64>().is_some_and(<[u64]>::is_empty));
     }
 }
