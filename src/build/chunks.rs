@@ -281,30 +281,23 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
     ) -> Result<ChunkInfo> {
         let (first, count) = job.chunk_range(chunk);
         let v = self.reader.read(first, count)?;
-        let kernels = &mut self.kernels;
-        kernels.run(v, seams, job, first)?;
-        let apply = job.applies_flips() && kernels.swirl.any_flip();
-        if apply {
-            flip_rows(v, &kernels.swirl.label, &mut self.out);
-            sinks.v.write(3 * first, &self.out)?;
+        self.kernels.run(v, seams, job, first)?;
+        let rows = Rows {
+            v,
+            kernels: &self.kernels,
+            first,
+            apply: job.applies_flips() && self.kernels.swirl.any_flip(),
+        };
+        // Neighbours are at work at the same time: they write to different files first, since a
+        // file takes one writer at a time.
+        if chunk.is_multiple_of(2) {
+            rows.write_v(sinks.v, &mut self.out)?;
+            rows.write_o(sinks.o, &mut self.out)?;
         } else {
-            sinks.v.write(3 * first, v)?;
+            rows.write_o(sinks.o, &mut self.out)?;
+            rows.write_v(sinks.v, &mut self.out)?;
         }
-        opposites(
-            &kernels.pairs.opposite,
-            &kernels.swirl.label,
-            3 * first,
-            apply,
-            &mut self.out,
-        );
-        sinks.o.write(3 * first, &self.out)?;
-        self.out.clear();
-        self.out
-            .extend(kernels.swirl.label.iter().map(|&label| match label {
-                NO_COMPONENT => I::NONE,
-                label => I::of(u64::from(label >> 1)),
-            }));
-        sinks.component.write(first, &self.out)?;
+        rows.write_labels(sinks.component, &mut self.out)?;
         self.spill(first)?;
         self.settled.add(&self.kernels.pairs);
         let info = self.summarise(job, grid, out, chunk)?;
@@ -441,6 +434,40 @@ impl Kernels {
         self.pairs.pair(self.ids.local(), &self.seam);
         self.swirl.walk(&self.pairs.opposite);
         Ok(())
+    }
+}
+
+/// A settled chunk, about to be written.
+struct Rows<'a, I> {
+    v: &'a [I],
+    kernels: &'a Kernels,
+    first: u64,
+    /// True when flips are applied.
+    apply: bool,
+}
+
+impl<I: Index> Rows<'_, I> {
+    fn write_v(&self, to: &OutArray, out: &mut Vec<I>) -> Result<()> {
+        if !self.apply {
+            return to.write(3 * self.first, self.v);
+        }
+        flip_rows(self.v, &self.kernels.swirl.label, out);
+        to.write(3 * self.first, out)
+    }
+
+    fn write_o(&self, to: &OutArray, out: &mut Vec<I>) -> Result<()> {
+        let (opposite, label) = (&self.kernels.pairs.opposite, &self.kernels.swirl.label);
+        opposites(opposite, label, 3 * self.first, self.apply, out);
+        to.write(3 * self.first, out)
+    }
+
+    fn write_labels(&self, to: &OutArray, out: &mut Vec<I>) -> Result<()> {
+        out.clear();
+        out.extend(self.kernels.swirl.label.iter().map(|&label| match label {
+            NO_COMPONENT => I::NONE,
+            label => I::of(u64::from(label >> 1)),
+        }));
+        to.write(self.first, out)
     }
 }
 

@@ -71,7 +71,7 @@ pub fn assemble<I: Index, W: Index>(
             let count = (1 << windows.shift).min(t - first);
             thread.gather(said, window, first, count)?;
             thread.turn(job, said, first, count)?;
-            thread.write(tables, first)?;
+            thread.write(tables, first, window.is_multiple_of(2))?;
             thread.check(said, tables, window, before[window as usize])?;
             ws.progress.advance(count);
             ws.progress.usage(ws.budget.used(), ws.scratch.used());
@@ -177,9 +177,16 @@ impl<'a, I: Index, W: Index> Thread<'a, I, W> {
         Ok(())
     }
 
-    fn write(&self, tables: &Tables, first: u64) -> Result<()> {
-        tables.v.write(3 * first, &self.v)?;
-        tables.o.write(3 * first, &self.o)?;
+    /// Writes the rows, those of V first or those of O: a file takes one writer at a time, so
+    /// that neighbours should begin with different ones.
+    fn write(&self, tables: &Tables, first: u64, v_first: bool) -> Result<()> {
+        let mut rows = [(tables.v, &self.v), (tables.o, &self.o)];
+        if !v_first {
+            rows.reverse();
+        }
+        for (table, rows) in rows {
+            table.write(3 * first, rows)?;
+        }
         tables.component.write(first, &self.component)?;
         if self.bits.iter().any(|&b| b != 0) {
             tables.flipped.write(first / 8, &self.bits)?;
