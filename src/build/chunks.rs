@@ -382,6 +382,7 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
                 self.positions.clear();
                 let rows = ids.table().iter().map(|&v| g[v as usize]);
                 self.positions.extend(rows);
+                whole.took(self.positions.len());
                 &self.positions
             }
             _ => return Ok(None),

@@ -272,6 +272,9 @@ impl<'a, I: Index, W: Index, X: Coord> Near<'a, I, W, X> {
             None => None,
         };
         let all = self.whole.map(Whole::rows).transpose()?;
+        if let (None, Some(whole)) = (near, self.whole) {
+            whole.took(v.len());
+        }
         let rows = v
             .as_chunks::<3>()
             .0

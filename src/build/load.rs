@@ -7,11 +7,15 @@
 //!
 //! Memory: none. I/O: none.
 
+use super::cells::CellPlan;
+use super::cells::records::{NodeCount, NodeMeasure};
+use super::cells::sums::{ANSWER_BYTES, ASK_BYTES};
 use super::chunks::table_bytes;
 use super::deferred::ASKED;
 use super::finish::SPAN;
 use super::plan::{Plan, Shape};
 use super::records::{EdgeCorner, Link, LocalCount, MeasureRecord, Patch, narrow};
+use super::way::{Kind, fitting, helpful};
 use crate::disk::IoCount;
 use crate::folder::ComponentRow;
 use crate::folder::npy::DATA_START;
@@ -50,6 +54,36 @@ fn locals(shape: &Shape, plan: &Plan, worst: bool) -> u64 {
     }
 }
 
+/// The most scratch space at once, but for V, of a mesh in random order that goes through cells;
+/// `None` when it goes in file order.
+fn through_cells(shape: &Shape, plan: &Plan, memory: u64) -> Option<u64> {
+    let kind = fitting(shape, plan, memory).filter(|_| helpful(shape, plan))?;
+    let cells = CellPlan::new(shape, memory, kind == Kind::Place, plan.buckets);
+    let (t, w) = (shape.triangles, id_width(shape));
+    let whole = CellPlan::maps_all(shape, memory);
+    let spots = match kind {
+        Kind::Place if shape.coord > 0 && !whole => shape.vertices * 4 * w.max(shape.coord),
+        _ => 0,
+    };
+    // Patches of a surface have borders like discs; ranges of random ids have nothing else.
+    let (parted, nodes) = match kind {
+        Kind::Place => ((t * 8 / (t / cells.cells).isqrt().max(1)).min(t), t / 32),
+        Kind::Id => (t, t),
+    };
+    // A triangle need not be parted to have a vertex elsewhere.
+    let unmeasured = match kind {
+        _ if shape.coord == 0 || whole => 0,
+        Kind::Place => (2 * parted).min(t),
+        Kind::Id => t,
+    };
+    let dealt = 4 * w * t + 3 * w * parted;
+    let counted = size_of::<NodeCount>() + size_of::<NodeMeasure>();
+    let told = 5 * w * t + 6 * w * parted + nodes * counted as u64 + 5 * w * unmeasured;
+    let asked = 3 * unmeasured * (ASK_BYTES + ANSWER_BYTES);
+    let rest = tail(dealt, shape.threads, plan.writer);
+    Some((dealt + spots).max(told + rest.max(asked)))
+}
+
 /// How many records the passes of a build hand to each other, and how wide they are.
 pub struct Load {
     shape: Shape,
@@ -65,6 +99,10 @@ pub struct Load {
     contracts: bool,
     /// Triangles whose coordinates are brought to them through sorts.
     deferred: u64,
+    /// Bytes in scratch when the mesh goes through cells instead, but for V.
+    cells: Option<u64>,
+    /// True when it goes through cells in a little less memory too.
+    surely: bool,
     /// Bytes of V as the passes read it, and of it in scratch.
     v: [u64; 2],
     /// Bytes of G in the folder.
@@ -110,11 +148,15 @@ impl Load {
             locals,
             contracts: labels > memory,
             deferred: match (worst, chunks) {
-                _ if shape.coord == 0 => 0,
+                // Chunks, writers and bits leave a quarter, in which G may be mapped whole.
+                _ if g + n / 4 <= memory / 4 => 0,
                 (true, _) => t,
                 (false, 0 | 1) => 0,
                 (false, _) => (plan.chunk + strip).min(t),
             },
+            cells: through_cells(&shape, &plan, memory).filter(|_| worst),
+            // What the build holds all the time is not known here to the byte.
+            surely: through_cells(&shape, &plan, memory / 8 * 7).is_some(),
             v: [v, if survey.decoded { v } else { 0 }],
             g,
             weld: if survey.welded {
@@ -147,6 +189,15 @@ impl Load {
 
     /// The most scratch space at once.
     pub fn scratch(&self) -> u64 {
+        let through_cells = self.weld.scratch.max(self.v[1] + self.cells.unwrap_or(0));
+        if self.cells.is_some() && self.surely {
+            return through_cells;
+        }
+        through_cells.max(self.in_order())
+    }
+
+    /// The same when the mesh goes in file order.
+    fn in_order(&self) -> u64 {
         let rest = |bytes| tail(bytes, self.shape.threads, self.plan.writer);
         let flips = self.chunks * self.plan.chunk.div_ceil(8);
         let held = self.v[1] + flips + self.known().iter().sum::<u64>();

@@ -9,7 +9,7 @@ use super::Job;
 use super::arrays::TriangleReader;
 use super::cells::CellPlan;
 use super::cells::map::CellMap;
-use super::plan::Strategy;
+use super::plan::{Plan, Shape, Strategy};
 use crate::chunk::ids::{LocalIds, TABLE_BYTES};
 use crate::corner::Index;
 use crate::error::Result;
@@ -50,7 +50,7 @@ pub fn choose<I: Index>(job: &Job) -> Result<Way> {
         Strategy::Memory | Strategy::Contract => in_order,
         Strategy::ByPlace if job.g.is_some() => Way::Cells(Kind::Place),
         Strategy::ByPlace | Strategy::ById => Way::Cells(Kind::Id),
-        Strategy::Auto => match fitting(job) {
+        Strategy::Auto => match fitting(&job.shape, &job.plan, job.ws.budget.free()) {
             Some(kind) if scattered::<I>(job)? => Way::Cells(kind),
             Some(_) => Way::InOrder { whatever: false },
             None => in_order,
@@ -61,34 +61,37 @@ pub fn choose<I: Index>(job: &Job) -> Result<Way> {
 impl Way {
     /// The better way when a scan found so many seam vertices, if there is one.
     pub fn after_scan(job: &Job, seams: u64) -> Option<Way> {
-        let many = 3 * seams > job.shape.vertices && helpful(job);
-        fitting(job).filter(|_| many).map(Way::Cells)
+        let many = 3 * seams > job.shape.vertices && helpful(&job.shape, &job.plan);
+        let kind = fitting(&job.shape, &job.plan, job.ws.budget.free());
+        kind.filter(|_| many).map(Way::Cells)
     }
 }
 
 /// True when cells could help at all: the mesh has several chunks, and triangles that touch.
-fn helpful(job: &Job) -> bool {
-    let (t, n) = (job.shape.triangles, job.shape.vertices);
-    t > 2 * job.plan.chunk && n < 2 * t
+pub fn helpful(shape: &Shape, plan: &Plan) -> bool {
+    shape.triangles > 2 * plan.chunk && shape.vertices < 2 * shape.triangles
 }
 
-/// The kind of cells that fits the budget for sure, or almost: by place few local components are
-/// expected, by id as many as triangles.
-fn fitting(job: &Job) -> Option<Kind> {
-    let (shape, memory) = (&job.shape, job.ws.budget.free());
-    let held = CellPlan::held(shape);
+/// The kind of cells that fits so much memory: by place few local components are expected, by id
+/// as many as triangles.
+pub fn fitting(shape: &Shape, plan: &Plan, memory: u64) -> Option<Kind> {
+    let held = CellPlan::held(shape) + shape.vertices / 8;
     // A word and two bits for each triangle, as if each were a local component.
     let labels = shape.triangles * shape.index + shape.triangles / 2;
-    let map = CellMap::bytes_by_place(shape.vertices) + shape.vertices / 8;
-    if job.g.is_some() && held + map <= memory / 8 * 5 {
-        return Some(Kind::Place);
+    let map = CellMap::bytes_by_place(shape.vertices);
+    let suits = |kind| {
+        let by_place = kind == Kind::Place;
+        CellPlan::new(shape, memory, by_place, plan.buckets).suits(shape, plan, memory)
+    };
+    if shape.coord > 0 && held + map <= memory / 8 * 5 {
+        return Some(Kind::Place).filter(|kind| suits(*kind));
     }
-    (held + labels + shape.vertices / 8 <= memory / 2).then_some(Kind::Id)
+    Some(Kind::Id).filter(|kind| held + labels <= memory / 2 && suits(*kind))
 }
 
 /// True when consecutive triangles hardly ever share vertices, though triangles touch.
 fn scattered<I: Index>(job: &Job) -> Result<bool> {
-    if !helpful(job) {
+    if !helpful(&job.shape, &job.plan) {
         return Ok(false);
     }
     let t = job.shape.triangles;

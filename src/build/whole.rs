@@ -3,17 +3,19 @@
 //! Why it is bounded: the whole mapping is drawn from the budget, though only pages that are
 //! touched become resident.
 //!
-//! Memory: G. I/O: the pages that are touched.
+//! Memory: G. I/O: the pages that are touched; the rows that are taken are counted.
 
 use super::Job;
 use crate::chunk::measure::Coord;
-use crate::disk::{Lease, Window};
+use crate::disk::{Counters, Lease, Window};
 use crate::error::{Error, Result};
 use std::marker::PhantomData;
+use std::sync::Arc;
 
 /// All of G.
 pub struct Whole<X> {
     window: Window,
+    io: Arc<Counters>,
     _lease: Lease,
     _type: PhantomData<X>,
 }
@@ -37,11 +39,17 @@ impl<X: Coord> Whole<X> {
         }
         let whole = Whole {
             _lease: budget.lease("all coordinates", leased)?,
-            window: Window::new(g.source.data(), g.at, bytes as usize)?,
+            window: Window::uncounted(g.source.data(), g.at, bytes as usize)?,
+            io: Arc::clone(&job.ws.io),
             _type: PhantomData,
         };
         whole.rows()?;
         Ok(Some(whole))
+    }
+
+    /// Counts so many rows as read.
+    pub fn took(&self, rows: usize) {
+        self.io.add_read((rows * size_of::<[X; 3]>()) as u64);
     }
 
     /// The rows of G.

@@ -26,7 +26,9 @@ impl Window {
     /// # Errors
     /// [`Error::Input`] when the file is shorter, [`Error::Io`] when the system refuses.
     pub fn new(file: &DataFile, at: u64, len: usize) -> Result<Window> {
-        Window::map(file, at, len, false)
+        let window = Window::map(file, at, len, false)?;
+        file.counters().add_read(len as u64);
+        Ok(window)
     }
 
     /// As [`new`](Window::new), and brings all its pages in at once: for windows read whole.
@@ -34,7 +36,18 @@ impl Window {
     /// # Errors
     /// As [`new`](Window::new).
     pub fn populated(file: &DataFile, at: u64, len: usize) -> Result<Window> {
-        Window::map(file, at, len, true)
+        let window = Window::map(file, at, len, true)?;
+        file.counters().add_read(len as u64);
+        Ok(window)
+    }
+
+    /// As [`new`](Window::new), for windows of which little may be touched: nothing is counted as
+    /// read, so that the caller counts what it takes.
+    ///
+    /// # Errors
+    /// As [`new`](Window::new).
+    pub fn uncounted(file: &DataFile, at: u64, len: usize) -> Result<Window> {
+        Window::map(file, at, len, false)
     }
 
     fn map(file: &DataFile, at: u64, len: usize, populate: bool) -> Result<Window> {
@@ -66,7 +79,6 @@ impl Window {
         // copied out, so changed bytes cannot break memory safety of what follows.
         let map = unsafe { options.map(file.raw()) }
             .map_err(|e| Error::io(file.path(), format!("map {len} bytes at byte {at}"), e))?;
-        file.counters().add_read(len as u64);
         Ok(Window {
             map: Some(map),
             lead,

@@ -36,7 +36,7 @@ pub mod sums;
 
 use self::map::MOST_CELLS;
 use self::names::Marks;
-use super::plan::Shape;
+use super::plan::{Plan, Shape};
 use crate::corner::Index;
 use crate::shuffle;
 
@@ -59,10 +59,11 @@ pub struct Window {
 }
 
 impl Window {
-    fn new(triangles: u64, most: u64) -> Window {
+    /// Windows of `good` triangles, or more where they would be more than `most`.
+    fn new(triangles: u64, most: u64, good: u64) -> Window {
         let mut shift = 3;
         while triangles.div_ceil(1 << shift) > most.max(1)
-            || (1 << shift) < GOOD_WINDOW && 1 << shift < triangles
+            || (2 << shift) <= good && 1 << shift < triangles
         {
             shift += 1;
         }
@@ -80,8 +81,13 @@ impl Window {
 
     /// Bytes that a thread holds to assemble one.
     pub fn bytes<I: Index, W: Index>(&self) -> u64 {
-        (assemble::WORDS * W::BYTES.max(I::BYTES) as u64 + 24) << self.shift
+        window_bytes(W::BYTES.max(I::BYTES) as u64) << self.shift
     }
+}
+
+/// Bytes for each triangle of a window, with words of so many bytes.
+fn window_bytes(word: u64) -> u64 {
+    assemble::WORDS * word + 24
 }
 
 /// How the budget is cut up on the path through cells.
@@ -113,8 +119,12 @@ impl CellPlan {
         let (triangles, threads) = (shape.triangles, shape.threads);
         // The writers of one pass get a quarter of the memory.
         let share = memory / 4 / threads;
+        let (windows, replies, patches) = window_plans(shape, share, by_place);
         let alone = if by_place { triangles / 16 } else { triangles };
         let wanted = triangles.div_ceil(GOOD_CELL).clamp(1, MOST_AT_ONCE);
+        // In little memory cells are as many as to leave them room.
+        let room = share / 4 / (cell::TRIANGLE_BYTES + cell::LONE_BYTES) * 4 / shape.index;
+        let wanted = wanted.max(triangles.div_ceil(room.max(64)).min(MOST_AT_ONCE));
         let wanted = cells.map_or(wanted, |cells| cells as u64).min(MOST_CELLS) as usize;
         let (most, some) = parts(share, by_place);
         let plans = |buckets: usize| {
@@ -132,7 +142,6 @@ impl CellPlan {
             buckets: cells,
             ..plan
         };
-        let (windows, replies, patches) = window_plans(shape, share, by_place);
         CellPlan {
             cells: cells as u64,
             step: STEP.min((share / 64).max(64)),
@@ -143,6 +152,28 @@ impl CellPlan {
             replies,
             patches,
         }
+    }
+
+    /// True when G would be mapped whole in so much memory.
+    pub fn maps_all(shape: &Shape, memory: u64) -> bool {
+        let held = CellPlan::held(shape);
+        shape.coord > 0 && 3 * shape.coord * shape.vertices + held <= memory / 2
+    }
+
+    /// True when a cell twice as large as most would fit in a thread's share of so much memory.
+    pub fn suits(&self, shape: &Shape, plan: &Plan, memory: u64) -> bool {
+        let whole = if Self::maps_all(shape, memory) {
+            3 * shape.coord * shape.vertices
+        } else {
+            0
+        };
+        let writers = self.replies.writer_bytes() + self.patches.writer_bytes() + 2 * plan.writer;
+        let free = memory.saturating_sub(Self::held(shape) + whole) / 8 * 7;
+        let share = (free / shape.threads).saturating_sub(writers + settle::APPENDED);
+        let cell = shape.triangles / self.cells + 1;
+        let bytes = cell::TRIANGLE_BYTES + cell::LONE_BYTES / 4;
+        let window = window_bytes(shape.index) << self.windows.shift;
+        2 * cell * bytes * shape.index / 4 <= share && window <= memory / 4 / shape.threads
     }
 
     /// Bytes held through all passes: the marks of names.
@@ -169,9 +200,10 @@ fn window_plans(
     let (triangles, width) = (shape.triangles, shape.index as usize);
     let across = if by_place { triangles / 16 } else { triangles };
     let (most, some) = parts(share, by_place);
+    let good = (share / window_bytes(2 * shape.index)).min(GOOD_WINDOW);
     let mut at_most = MOST_AT_ONCE;
     loop {
-        let windows = Window::new(triangles, at_most);
+        let windows = Window::new(triangles, at_most, good);
         let buckets = windows.count as usize;
         let replies = shuffle::Plan::of(buckets, most, 5 * width, triangles);
         let patches = shuffle::Plan::of(buckets, some, 2 * width, across);

@@ -150,6 +150,7 @@ impl<'a, X: Coord> Positions<'a, X> {
                 let g = whole.rows()?;
                 let globals = (0..ids.span() as u32).map(|local| ids.global(local));
                 self.rows.extend(globals.map(|v| g[v as usize]));
+                whole.took(self.rows.len());
             }
             Places::Narrow(spots) => {
                 self.make_room(ids.span());

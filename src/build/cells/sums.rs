@@ -78,6 +78,11 @@ impl Record for Answer {
     }
 }
 
+/// Bytes of a corner's question in scratch.
+pub const ASK_BYTES: u64 = size_of::<Ask>() as u64;
+/// Bytes of its answer.
+pub const ANSWER_BYTES: u64 = size_of::<Answer>() as u64;
+
 impl<W: Index> Sums<'_, W> {
     /// (component, flip against its first triangle) of what is called so.
     #[inline]

@@ -59,6 +59,8 @@ impl WeldSize {
         let vertices = self.vertices.min(corners);
         let distinct = self.distinct(corners, vertices);
         let backs = if self.worst { 0 } else { 4 * corners };
+        // A block in which little repeats leaves none; but a few that try it may see repeats.
+        let most_backs = 4 * corners;
         let places = distinct * place;
         let firsts = vertices * place;
         let others = (distinct - vertices) * pair;
@@ -77,14 +79,14 @@ impl WeldSize {
             _ => 0,
         };
         let [old_v, old_g] = if self.decoded { [v, g] } else { [0, 0] };
-        let front = old_v + old_g + backs + apart.max(places);
-        let fetch = old_g + backs + apart.max(places) + rest(apart);
-        let group = backs + places.max(firsts + others) + rest(places);
-        let first = backs + filed + firsts + others;
-        let resolve = backs + filed + resolved + rest(resolved);
+        let front = old_v + old_g + most_backs + apart.max(places);
+        let fetch = old_g + most_backs + apart.max(places) + rest(apart);
+        let group = most_backs + places.max(firsts + others) + rest(places);
+        let first = most_backs + filed + firsts + others;
+        let resolve = most_backs + filed + resolved + rest(resolved);
         // Narrow ids take the place of the ways back.
-        let held = if self.wide { backs } else { 0 };
-        let last = filed + held + ids.max(backs + others) + rest(others);
+        let held = if self.wide { most_backs } else { 0 };
+        let last = filed + held + ids.max(most_backs + others) + rest(others);
         WeldCost {
             scratch: [front, fetch, group, first, resolve, last]
                 .into_iter()
