@@ -202,6 +202,49 @@ fn passes_are_foretold_with_what_they_move() {
 }
 
 #[test]
+fn the_plan_is_what_the_build_does_and_fits_the_budget() {
+    for (mesh, through_cells) in [(larger(), false), (shuffled(larger()), true)] {
+        let case = Case::new(&mesh, "npy");
+        for memory in [16u64 << 20, 64 << 20] {
+            let memory_option = format!("--memory={memory}B");
+            let options = [&memory_option[..], "--threads=2", "--chunk-triangles=4000"];
+            let (guess, report) = (case.predict(&options, 0), case.report(&options));
+            let plan = guess["plan"].as_array().expect("a plan").clone();
+            let name = |step: &Value| step["name"].as_str().expect("a name").to_owned();
+            let steps: Vec<String> = plan.iter().map(name).collect();
+            let all = ["scan", "chunks", "cells", "deal", "settle", "assemble"];
+            assert_eq!(steps, all, "{memory}");
+            for step in &plan {
+                let bytes = number(step, "/bytes");
+                assert!(number(step, "/parts") > 0 && bytes > 0, "{step}");
+                assert!(bytes <= memory, "{step} in {memory}");
+            }
+            let chunks = number(&guess, "/triangles").div_ceil(4000);
+            assert_eq!(number(&plan[0], "/parts"), chunks);
+            let passes = report["build"]["passes"]
+                .as_array()
+                .expect("passes")
+                .clone();
+            let names: Vec<String> = passes.iter().map(name).collect();
+            let (did, did_not) = if through_cells {
+                (&all[2..], &all[..2])
+            } else {
+                (&all[..2], &all[2..])
+            };
+            assert!(
+                did.iter().all(|n| names.iter().any(|m| m == n)),
+                "{names:?}"
+            );
+            assert!(
+                !did_not.iter().any(|n| names.iter().any(|m| m == n)),
+                "{names:?}"
+            );
+            assert!(number(&report["build"], "/peak_budget") <= memory);
+        }
+    }
+}
+
+#[test]
 fn a_budget_below_the_least_is_told_and_ends_with_5() {
     let case = Case::new(&coherent(), "ply");
     let guess = case.predict(&["--memory=300KiB"], 5);

@@ -35,6 +35,7 @@ mod by_cells;
 mod first_read;
 mod in_order;
 mod load;
+mod phases;
 mod pipeline;
 mod predict;
 mod staging;
@@ -43,6 +44,7 @@ mod way;
 
 pub use builder::{Builder, Index as IndexChoice};
 pub use load::PassPrediction;
+pub use phases::Phase;
 pub use pipeline::{BuildReport, PassReport};
 pub use plan::Strategy;
 pub use predict::Prediction;

@@ -160,7 +160,7 @@ impl Shape {
     }
 
     /// Bytes of the chunk pass: scratch of all threads, writers of two shuffles, the bits.
-    fn pass_bytes(&self, plan: &Plan) -> u64 {
+    pub fn pass_bytes(&self, plan: &Plan) -> u64 {
         let thread = (plan.chunk + 64) * self.chunk_bytes() + 2 * plan.writer;
         self.threads * thread + plan.bits / 4
     }

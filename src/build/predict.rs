@@ -15,6 +15,7 @@
 
 use super::chunks::table_bytes;
 use super::load::{Load, PassPrediction, id_width};
+use super::phases::{Phase, phases};
 use super::plan::{Plan, Shape};
 use crate::error::{Error, Result};
 use crate::folder::npy::DATA_START;
@@ -43,6 +44,8 @@ pub struct Prediction {
     pub label_memory: u64,
     /// How the budget would be cut up (the least one, when it is too small).
     pub plan: Plan,
+    /// The plan, phase by phase.
+    pub phases: Vec<Phase>,
     /// The arrays of the folder, without checksums.
     pub arrays: Vec<FileEntry>,
     /// Bytes of the finished folder: the arrays, and the manifest about.
@@ -103,6 +106,7 @@ impl Prediction {
             memory: sizes.memory,
             least_memory: least,
             label_memory: enough(&shape, triangles)?,
+            phases: phases(&shape, &plan, sizes.memory.max(least)),
             plan,
             output: data + manifest,
             scratch: coherent.scratch(),

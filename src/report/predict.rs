@@ -39,6 +39,9 @@ pub struct Predicted {
     pub scratch: Scratch,
     /// The folder.
     pub output: Output,
+    /// The plan: scan and chunks of a mesh in file order; where one in random order would go
+    /// through cells, those passes.
+    pub plan: Vec<PlanStep>,
     /// The passes in order, for a coherent mesh.
     pub passes: Vec<Pass>,
 }
@@ -91,6 +94,19 @@ pub struct Pass {
     pub written: u64,
 }
 
+/// A phase of the plan.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlanStep {
+    /// The pass.
+    pub name: &'static str,
+    /// What its work is cut into.
+    pub part: &'static str,
+    /// How many of them.
+    pub parts: u64,
+    /// Bytes of the budget, at most.
+    pub bytes: u64,
+}
+
 /// Puts a prediction into the form that is printed.
 pub fn predicted(p: &Prediction) -> Predicted {
     let pass = |pass: &crate::build::PassPrediction| Pass {
@@ -99,6 +115,12 @@ pub fn predicted(p: &Prediction) -> Predicted {
         units: pass.units,
         read: pass.io.read,
         written: pass.io.written,
+    };
+    let step = |phase: &crate::build::Phase| PlanStep {
+        name: phase.name,
+        part: phase.part,
+        parts: phase.parts,
+        bytes: phase.bytes,
     };
     Predicted {
         version: 1,
@@ -127,6 +149,7 @@ pub fn predicted(p: &Prediction) -> Predicted {
             exists: p.exists,
             arrays: array_rows(&p.arrays, p.shape.triangles),
         },
+        plan: p.phases.iter().map(step).collect(),
         passes: p.passes.iter().map(pass).collect(),
     }
 }
@@ -154,6 +177,7 @@ pub fn render_predicted(p: &Predicted) -> String {
     sizes(&mut out, p);
     out.push('\n');
     table_of_arrays(&mut out, &p.output.arrays);
+    plan(&mut out, &p.plan);
     let _ = writeln!(
         out,
         "\n  pass, for a coherent mesh                      read       written"
@@ -167,6 +191,17 @@ pub fn render_predicted(p: &Predicted) -> String {
         let _ = writeln!(out, "  {:<14}{units:>24}{read:>14}{written:>14}", pass.name);
     }
     out
+}
+
+/// The phases, with what they cut their work into and draw from the budget.
+fn plan(out: &mut String, steps: &[PlanStep]) {
+    let heading = "plan (cells: for triangles in no order)";
+    let _ = writeln!(out, "\n  {heading:<42}{:>12}", "memory");
+    for step in steps {
+        let parts = format!("{} {}", grouped(step.parts), step.part);
+        let bytes = megabytes(step.bytes);
+        let _ = writeln!(out, "  {:<14}{parts:>28}{bytes:>12}", step.name);
+    }
 }
 
 /// Memory, scratch space and output.
@@ -184,7 +219,11 @@ fn sizes(out: &mut String, p: &Predicted) {
     let labels = "keeps labels in memory, in random order too";
     row("  labels", p.memory.labels, labels);
     row("scratch", p.scratch.coherent, "for a coherent mesh");
-    row("  worst order", p.scratch.worst_order, "");
+    row(
+        "  worst order",
+        p.scratch.worst_order,
+        "for triangles and vertices in random order",
+    );
     let exists = if p.output.exists {
         "one component, no culprits; the name is taken: --force would replace it"
     } else {

@@ -172,8 +172,13 @@ impl CellPlan {
         let share = (free / shape.threads).saturating_sub(writers + settle::APPENDED);
         let cell = shape.triangles / self.cells + 1;
         let bytes = cell::TRIANGLE_BYTES + cell::LONE_BYTES / 4;
-        let window = window_bytes(shape.index) << self.windows.shift;
+        let window = self.window_bytes(shape);
         2 * cell * bytes * shape.index / 4 <= share && window <= memory / 4 / shape.threads
+    }
+
+    /// Bytes that a thread holds to assemble a window.
+    pub fn window_bytes(&self, shape: &Shape) -> u64 {
+        window_bytes(shape.index) << self.windows.shift
     }
 
     /// Bytes held through all passes: the marks of names.
