@@ -6,7 +6,7 @@
 //! names its corner as the input had it, with the parity of the edge, and the flip of the
 //! triangle across is this one's flip xor the parity, so it need not be looked up.
 //!
-//! Memory: labels and bits by component; for each thread [`BYTES`] words a triangle of a window.
+//! Memory: labels and bits by component; for each thread [`WORDS`] words a triangle of a window.
 //! I/O: V read once, 5 words of reply a triangle and 2 a patch; V, O, component and flipped
 //! written once.
 

@@ -3,7 +3,7 @@
 //! Why it works: a cell that is measured needs the positions of its own vertices, and of a few
 //! that belong to its neighbours. When all of G fits the budget, it is mapped whole and looked
 //! up. When it does not, each position is dealt to its vertex's cell, and triangles with a vertex
-//! of another cell are left for later ([`leftover`](super::leftover)).
+//! of another cell are left for later ([`sums`](super::sums)).
 //!
 //! Memory: G, or what passes by. I/O: G read once more; when it is dealt, 4 words a vertex
 //! written and read.

@@ -9,7 +9,7 @@
 //!            words of the run, questions to parents  ──>  carried back in descending order
 //! ```
 //!
-//! 1. *Sweep*, ascending: a run of nodes is joined in memory ([`Stop`](super::stop::Stop)). Each
+//! 1. *Sweep*, ascending: a run of nodes is joined in memory (`Stop`). Each
 //!    group that is linked to a node behind the run is merged into the largest of them: its
 //!    other links are sent on as links of that parent, parities composed. What agrees with
 //!    a link that was sent before is dropped, what contradicts one marks a conflict. The smallest

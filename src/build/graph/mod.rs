@@ -1,7 +1,7 @@
 //! Graphs of nodes and links with parity: which nodes hang together, how they must be flipped to
 //! agree, and which sets cannot. Knows no triangles.
 //!
-//! [`forest`] joins them in memory; [`contract`] does in any memory what [`carry`] then carries
+//! [`forest`] joins them in memory; [`contract`] does in any memory what `carry` then carries
 //! back. Both give [`labels`]: sets numbered by their smallest nodes.
 
 pub mod bits;
