@@ -6,7 +6,7 @@ use super::cells::assemble::{Said, assemble};
 use super::cells::deal::{Hands, deal};
 use super::cells::map::{by_id, by_place};
 use super::cells::names::{Marks, Names};
-use super::cells::places::{Places, Positions, deal_places};
+use super::cells::places::{Places, deal_places};
 use super::cells::records::{NodeCount, Reply};
 use super::cells::settle::{APPENDED, Sinks, settle};
 use super::cells::sums::Sums;
@@ -148,7 +148,9 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
     };
     let mut counts = settled.counts(job)?;
     let nodes = Nodes::ByName(&names);
-    if nodes.count() * W::BYTES as u64 + nodes.count() / 2 > ws.budget.free() / 4 * 3 {
+    let labels = nodes.count() * W::BYTES as u64 + nodes.count() / 2;
+    let windows = ws.workers.count() as u64 * plan.windows.bytes::<I, W>();
+    if labels + windows > ws.budget.free() / 8 * 7 {
         return Ok(Err(Way::InOrder { whatever: true }));
     }
     let records = files.links.len() / (2 * W::BYTES as u64);
@@ -237,7 +239,12 @@ fn first_passes<I: Index, W: Index, X: Coord>(
         _ => by_id::<I>(job, plan.cells),
     })?;
     // The other half is for writers and cells.
-    let whole = Whole::<X>::within(job, ws.budget.limit() / 2 - map.bytes())?;
+    let half = ws.budget.limit() / 2;
+    let reserved = half.checked_sub(map.bytes());
+    let whole = match reserved {
+        Some(reserved) => Whole::<X>::within(job, reserved)?,
+        None => None,
+    };
     let (hands, places) = clock.pass("deal", "triangles", t, || {
         let places = match (&job.g, whole, kind) {
             (None, ..) => Places::None,
@@ -284,8 +291,7 @@ fn settle_all<W: Index, X: Coord>(
     let writers = plan.replies.writer_bytes()
         + plan.patches.writer_bytes()
         + 2 * rare.writer_bytes()
-        + APPENDED
-        + Positions::<X>::PASSING;
+        + APPENDED;
     // An eighth stays free for what the shuffles note of what they wrote.
     let free = ws.budget.free() / 8 * 7;
     let share = (free / threads).saturating_sub(writers);

@@ -1,15 +1,17 @@
 //! Measures of the chunks that could not measure themselves: those whose vertices lie far
 //! apart in G, or that have nearly as many local components as triangles.
 //!
-//! Why it works: coordinates come to the corners through two shuffles, so that G is read in
-//! ascending windows and never at random: (vertex, corner) by vertex, then (corner, position)
-//! by triangle, where the component of each triangle is known. Sums do not depend on the order.
+//! Why it works: by now the component of each triangle is known, so that a triangle adds to it at
+//! once, and crowds of local components go in one piece each. Vertices that lie far apart are
+//! looked up when all of G fits, and else [asked for](super::asked). Sums do not depend on the
+//! order.
 //!
-//! Memory: a tally, a sorter, a writer and a window of G a thread. I/O: V of such chunks once
-//! more; 16 and 40 bytes a corner to scratch and back when vertices lie far apart; G once.
+//! Memory: G or a window of it, a tally, labels and a piece of V a thread. I/O: V of such chunks
+//! once more, G once, and what asking takes.
 
 use super::Job;
 use super::arrays::{CoordReader, OutArray, TriangleReader};
+use super::asked::{Ask, Sum, measure_asked, questions};
 use super::chunks::Chunked;
 use super::graph::labels::LabelRange;
 use super::records::LocalCount;
@@ -23,38 +25,7 @@ use crate::corner::Index;
 use crate::disk::ScratchFile;
 use crate::error::{Error, Result};
 use crate::input::CoordArray;
-use crate::shuffle::{Record, Shuffle, Writer};
-use bytemuck::{Pod, Zeroable};
-
-/// A corner asks for its vertex's coordinates: vertex, triangle, place.
-#[repr(transparent)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Ask([u64; 2]);
-
-impl Record for Ask {
-    const LEVELS: usize = 1;
-    fn key(&self, _: usize) -> u64 {
-        self.0[0]
-    }
-}
-
-/// The coordinates (bits of f64) on their way to the corner: triangle, place, x, y, z.
-#[repr(transparent)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Answer([u64; 5]);
-
-impl Record for Answer {
-    const LEVELS: usize = 2;
-    fn key(&self, level: usize) -> u64 {
-        self.0[level]
-    }
-}
-
-/// Bytes of a corner's question and of its answer in scratch.
-pub const ASKED: [u64; 2] = [size_of::<Ask>() as u64, size_of::<Answer>() as u64];
-
-/// Vertices of G in one window of the first shuffle's reader.
-const WINDOW: u64 = 4 << 10;
+use crate::shuffle::{Shuffle, Writer};
 
 /// What the pass works with.
 pub struct Deferred<'a, W> {
@@ -160,8 +131,7 @@ pub fn measure_deferred<I: Index, W: Index, X: Coord>(
     } else {
         chunks.len() as u64 * 3 * d.job.plan.chunk
     };
-    let plan = d.job.shuffle_plan(size_of::<Ask>(), corners);
-    let asks = Shuffle::<Ask>::new(ws, "questions for coordinates", 0..g.vertices.max(1), plan)?;
+    let asks = questions(d.job, corners)?;
     {
         let (plan, shape) = (&d.job.plan, &d.job.shape);
         let labels = plan.chunk.min(shape.triangles) * ChunkLabels::<I>::BYTES;
@@ -178,30 +148,14 @@ pub fn measure_deferred<I: Index, W: Index, X: Coord>(
             },
         )?;
     }
-    let asks = asks.finish()?;
-    if asks.records() == 0 {
-        return Ok(());
-    }
-    let plan = d.job.shuffle_plan(size_of::<Answer>(), asks.records());
-    let answers = Shuffle::<Answer>::new(ws, "coordinates", 0..d.job.shape.triangles.max(1), plan)?;
-    let threads = ws.workers.count() as u64;
-    let window = WINDOW * CoordReader::<X>::BYTES + (64 << 10);
-    let lease = ws.budget.lease("windows of G", threads * window)?;
-    let memory = d.job.sort_memory(threads * plan.writer_bytes());
-    ws.workers.run(
-        asks.count(),
-        || Ok((asks.sorter(memory)?, Fetch::<X>::new(g, answers.writer()?))),
-        |(sorter, fetch), bucket| {
-            asks.sorted(bucket, sorter, &mut |batch| {
-                batch.iter().try_for_each(|ask| fetch.answer(ask))
-            })
-        },
-        |(_, fetch)| fetch.answers.finish(),
-    )?;
-    drop(lease);
-    drop(asks);
-    let answers = answers.finish()?;
-    sum_answers::<I, W>(d, &answers)
+    drop(whole);
+    let sum = Sum {
+        grid: d.grid,
+        pieces: d.pieces,
+        components: d.labels.components,
+        tally: d.tally,
+    };
+    measure_asked::<X>(d.job, g, asks.finish()?, &sum)
 }
 
 /// One thread that measures chunks whose vertices are near, and asks for the others.
@@ -291,18 +245,19 @@ impl<'a, I: Index, W: Index, X: Coord> Near<'a, I, W, X> {
                 let count = counts.take(&mut self.counts)?;
                 self.tally.at(component)?.count(&count, start, flip);
             }
+            let flipped = flip ^ self.labels.flipped(i);
             let corners = match (near, all) {
                 (Some(near), _) => local.map(|v| near[v as usize].map(Coord::wide)),
                 (_, Some(all)) => row.map(|v| all[v.wide() as usize].map(Coord::wide)),
                 _ => {
                     let triangle = start + i as u64;
                     for (k, v) in row.iter().enumerate() {
-                        self.asks.push(Ask([v.wide(), triangle << 2 | k as u64]))?;
+                        let ask = Ask::new(v.wide(), (triangle, k), (component, flipped));
+                        self.asks.push(ask)?;
                     }
                     continue;
                 }
             };
-            let flipped = flip ^ self.labels.flipped(i);
             let measure = &mut self.tally.at(component)?.measure;
             measure.add(d.grid, corners, flipped);
         }
@@ -337,88 +292,4 @@ impl Counts<'_> {
         let count = block.pop();
         count.ok_or_else(|| Error::Internal("more local components than were counted".into()))
     }
-}
-
-/// One thread that reads G in ascending windows and answers.
-struct Fetch<'a, X> {
-    coords: CoordReader<'a, X>,
-    first: u64,
-    window: Vec<[X; 3]>,
-    vertices: u64,
-    answers: Writer<'a, Answer>,
-}
-
-impl<'a, X: Coord> Fetch<'a, X> {
-    fn new(g: &'a CoordArray, answers: Writer<'a, Answer>) -> Self {
-        Fetch {
-            coords: CoordReader::new(g),
-            first: 0,
-            window: Vec::new(),
-            vertices: g.vertices,
-            answers,
-        }
-    }
-
-    fn answer(&mut self, ask: &Ask) -> Result<()> {
-        let [v, corner] = ask.0;
-        if v < self.first || v - self.first >= self.window.len() as u64 {
-            let count = WINDOW.min(self.vertices - v);
-            self.window.clear();
-            self.window.extend_from_slice(self.coords.read(v, count)?);
-            self.first = v;
-        }
-        let p = self.window[(v - self.first) as usize].map(|x| x.wide().to_bits());
-        self.answers
-            .push(Answer([corner >> 2, corner & 3, p[0], p[1], p[2]]))
-    }
-}
-
-/// Brings the three positions of each triangle together and sums them.
-fn sum_answers<I: Index, W: Index>(
-    d: &Deferred<W>,
-    answers: &crate::shuffle::Buckets<Answer>,
-) -> Result<()> {
-    let ws = d.job.ws;
-    let threads = ws.workers.count() as u64;
-    let _lease = ws.budget.lease(
-        "labels",
-        threads * d.job.plan.chunk * ChunkLabels::<I>::BYTES,
-    )?;
-    let range = d.labels.range_bytes(d.job.plan.chunk);
-    let reserved = threads * (d.tally + range + d.job.plan.writer);
-    let memory = d.job.sort_memory(reserved);
-    ws.workers.run(
-        answers.count(),
-        || {
-            let (budget, components) = (&ws.budget, d.labels.components);
-            let tally = Tally::new(budget, d.tally, components, d.pieces)?;
-            let labels = ChunkLabels::<I>::new();
-            let range = d.labels.range(budget, d.job.plan.chunk)?;
-            Ok((answers.sorter(memory)?, tally, labels, range))
-        },
-        |(sorter, tally, labels, range), bucket| {
-            let mut corners = [[0f64; 3]; 3];
-            answers.sorted(bucket, sorter, &mut |batch| {
-                for answer in batch {
-                    let [t, k, x, y, z] = answer.0;
-                    corners[k as usize] = [x, y, z].map(f64::from_bits);
-                    if k < 2 {
-                        continue;
-                    }
-                    // Places come in order, so the third completes the triangle.
-                    let chunk = t / d.job.plan.chunk;
-                    labels.load(d.job, d.chunked, d.component, chunk)?;
-                    let i = (t - d.job.chunk_range(chunk).0) as usize;
-                    let locals = d.chunked.locals_of(chunk);
-                    let local = locals.start + labels.labels[i].wide();
-                    range.load(locals)?;
-                    let (component, flip) = range.get(local);
-                    let flipped = flip ^ labels.flipped(i);
-                    tally.at(component)?.measure.add(d.grid, corners, flipped);
-                }
-                Ok(())
-            })
-        },
-        |(_, tally, _, _)| tally.finish(),
-    )
 }

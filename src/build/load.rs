@@ -7,14 +7,13 @@
 //!
 //! Memory: none. I/O: none.
 
+use super::asked::ASKED;
 use super::cells::CellPlan;
 use super::cells::records::{NodeCount, NodeMeasure};
-use super::cells::sums::{ANSWER_BYTES, ASK_BYTES};
 use super::chunks::table_bytes;
-use super::deferred::ASKED;
 use super::finish::SPAN;
 use super::plan::{Plan, Shape};
-use super::records::{EdgeCorner, Link, LocalCount, MeasureRecord, Patch, narrow};
+use super::records::{EdgeCorner, Link, LocalCount, MeasureRecord, Patch};
 use super::way::{Kind, fitting, helpful};
 use crate::disk::IoCount;
 use crate::folder::ComponentRow;
@@ -35,15 +34,6 @@ pub struct PassPrediction {
     pub io: IoCount,
 }
 
-/// Bytes of an id in a record.
-pub fn id_width(shape: &Shape) -> u64 {
-    if shape.index == 4 && narrow(shape.triangles, shape.vertices) {
-        4
-    } else {
-        8
-    }
-}
-
 /// Local components that so many chunks leave: of a strip, one and some at its ends.
 fn locals(shape: &Shape, plan: &Plan, worst: bool) -> u64 {
     let few = 16 * plan.chunks(shape.triangles);
@@ -59,7 +49,7 @@ fn locals(shape: &Shape, plan: &Plan, worst: bool) -> u64 {
 fn through_cells(shape: &Shape, plan: &Plan, memory: u64) -> Option<u64> {
     let kind = fitting(shape, plan, memory).filter(|_| helpful(shape, plan))?;
     let cells = CellPlan::new(shape, memory, kind == Kind::Place, plan.buckets);
-    let (t, w) = (shape.triangles, id_width(shape));
+    let (t, w) = (shape.triangles, shape.record());
     let whole = CellPlan::maps_all(shape, memory);
     let spots = match kind {
         Kind::Place if shape.coord > 0 && !whole => shape.vertices * 4 * w.max(shape.coord),
@@ -79,7 +69,7 @@ fn through_cells(shape: &Shape, plan: &Plan, memory: u64) -> Option<u64> {
     let dealt = 4 * w * t + 3 * w * parted;
     let counted = size_of::<NodeCount>() + size_of::<NodeMeasure>();
     let told = 5 * w * t + 6 * w * parted + nodes * counted as u64 + 5 * w * unmeasured;
-    let asked = 3 * unmeasured * (ASK_BYTES + ANSWER_BYTES);
+    let asked = 3 * unmeasured * ASKED.iter().sum::<u64>();
     let rest = tail(dealt, shape.threads, plan.writer);
     Some((dealt + spots).max(told + rest.max(asked)))
 }
@@ -137,7 +127,7 @@ impl Load {
             decoded: !matches!(survey.format, Format::Npy | Format::Raw),
             worst,
         };
-        let (width, locals) = (id_width(&shape), locals(&shape, &plan, worst));
+        let (width, locals) = (shape.record(), locals(&shape, &plan, worst));
         let labels = shape.fits_labels(&plan, locals, width, table_bytes(chunks));
         Load {
             shape,

@@ -13,6 +13,7 @@
 
 pub mod appender;
 pub mod arrays;
+pub mod asked;
 pub mod cells;
 pub mod chunks;
 pub mod components;

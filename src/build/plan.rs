@@ -6,6 +6,7 @@
 //! the seam records get a sixteenth each. Passes after the chunks have the whole budget again.
 
 use super::graph::contract::Size;
+use super::records::narrow;
 use crate::chunk::ids::{NARROW_SPAN, TABLE_BYTES};
 use crate::chunk::measure::Measurer;
 use crate::error::{Error, Result};
@@ -136,6 +137,15 @@ impl Shape {
             index: if wide { 8 } else { 4 },
             coord: coords.map_or(0, CoordKind::bytes),
             threads: threads as u64,
+        }
+    }
+
+    /// Bytes of an id in a record: 4 while all packed fields fit, else 8, whatever the folder has.
+    pub fn record(&self) -> u64 {
+        if self.index == 4 && narrow(self.triangles, self.vertices) {
+            4
+        } else {
+            8
         }
     }
 

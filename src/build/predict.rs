@@ -14,7 +14,7 @@
 //! Memory: none. I/O: none.
 
 use super::chunks::table_bytes;
-use super::load::{Load, PassPrediction, id_width};
+use super::load::{Load, PassPrediction};
 use super::phases::{Phase, phases};
 use super::plan::{Plan, Shape};
 use crate::error::{Error, Result};
@@ -147,7 +147,7 @@ fn enough(shape: &Shape, labels: u64) -> Result<u64> {
         let table = table_bytes(plan.chunks(shape.triangles));
         let need = match labels {
             0 => shape.least_after_chunks(&plan, 1, table),
-            _ => shape.fits_labels(&plan, labels, id_width(shape), table),
+            _ => shape.fits_labels(&plan, labels, shape.record(), table),
         };
         if need <= memory {
             return Ok(memory);

@@ -12,7 +12,7 @@ use super::cells::map::CellMap;
 use super::plan::{Plan, Shape, Strategy};
 use crate::chunk::ids::{LocalIds, TABLE_BYTES};
 use crate::corner::Index;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Triangles of a block that is looked at.
 const BLOCK: u64 = 64 << 10;
@@ -77,7 +77,7 @@ pub fn helpful(shape: &Shape, plan: &Plan) -> bool {
 pub fn fitting(shape: &Shape, plan: &Plan, memory: u64) -> Option<Kind> {
     let held = CellPlan::held(shape) + shape.vertices / 8;
     // A word and two bits for each triangle, as if each were a local component.
-    let labels = shape.triangles * shape.index + shape.triangles / 2;
+    let labels = shape.triangles * shape.record() + shape.triangles / 2;
     let map = CellMap::bytes_by_place(shape.vertices);
     let suits = |kind| {
         let by_place = kind == Kind::Place;
@@ -102,7 +102,13 @@ fn scattered<I: Index>(job: &Job) -> Result<bool> {
     let mut ids = LocalIds::default();
     let (mut distinct, mut corners) = (0, 0);
     for block in 0..BLOCKS {
-        let v = reader.read((t - count) / (BLOCKS - 1) * block, count)?;
+        let first = (t - count) / (BLOCKS - 1) * block;
+        let v = match reader.read(first, count) {
+            Ok(v) => v,
+            // What is wrong is told by the first full reading, which finds what is wrong first.
+            Err(Error::Input { .. }) => return Ok(false),
+            Err(e) => return Err(e),
+        };
         ids.assign(v);
         // Ids in a narrow range are near each other.
         distinct += ids.table().len();

@@ -16,7 +16,7 @@ use crate::chunk::grid::Bounds;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
 use crate::disk::Lease;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::input::CoordArray;
 use std::sync::atomic::{AtomicU16, Ordering};
 
@@ -86,7 +86,13 @@ pub fn by_id<I: Index>(job: &Job, cells: u64) -> Result<CellMap> {
     let mut sample = Vec::with_capacity((PLACES * AT_PLACE * 2) as usize);
     let mut reader = TriangleReader::<I>::new(&job.mesh.v);
     each_place(t, |first, count| {
-        for v in reader.read(first, count)?.as_chunks::<3>().0 {
+        let rows = match reader.read(first, count) {
+            Ok(v) => v.as_chunks::<3>().0,
+            // What is wrong is told by the first full reading, which finds what is wrong first.
+            Err(Error::Input { .. }) => return Ok(()),
+            Err(e) => return Err(e),
+        };
+        for v in rows {
             // A triangle goes to the cell of its least vertex, an edge to that of the middle one.
             let mut ids = v.map(|v| v.wide().min(n - 1));
             ids.sort_unstable();
@@ -164,7 +170,7 @@ pub fn by_place<X: Coord>(
 
 /// Hands (first, count) of up to [`PLACES`] pieces of `0..total`, spread evenly, to `look`.
 pub(super) fn each_place(total: u64, mut look: impl FnMut(u64, u64) -> Result<()>) -> Result<()> {
-    let step = (total / PLACES).max(AT_PLACE);
+    let step = total.div_ceil(PLACES).max(AT_PLACE);
     (0..total)
         .step_by(step as usize)
         .try_for_each(|first| look(first, AT_PLACE.min(total - first)))

@@ -115,7 +115,7 @@ impl CellPlan {
     /// Cuts up `memory` bytes. `by_place` when G says which vertices are near: few edges go alone
     /// then. `cells` is for tests.
     pub fn new(shape: &Shape, memory: u64, by_place: bool, cells: Option<usize>) -> CellPlan {
-        let width = shape.index as usize;
+        let width = shape.record() as usize;
         let (triangles, threads) = (shape.triangles, shape.threads);
         // The writers of one pass get a quarter of the memory.
         let share = memory / 4 / threads;
@@ -123,7 +123,7 @@ impl CellPlan {
         let alone = if by_place { triangles / 16 } else { triangles };
         let wanted = triangles.div_ceil(GOOD_CELL).clamp(1, MOST_AT_ONCE);
         // In little memory cells are as many as to leave them room.
-        let room = share / 4 / (cell::TRIANGLE_BYTES + cell::LONE_BYTES) * 4 / shape.index;
+        let room = share / 4 / (cell::TRIANGLE_BYTES + cell::LONE_BYTES) * 4 / shape.record();
         let wanted = wanted.max(triangles.div_ceil(room.max(64)).min(MOST_AT_ONCE));
         let wanted = cells.map_or(wanted, |cells| cells as u64).min(MOST_CELLS) as usize;
         let (most, some) = parts(share, by_place);
@@ -136,7 +136,10 @@ impl CellPlan {
         };
         // All shuffles to cells have the same buckets.
         let (a, b, c) = plans(wanted);
-        let cells = a.buckets.min(b.buckets).min(c.buckets);
+        let mut cells = a.buckets.min(b.buckets);
+        if by_place && shape.coord > 0 {
+            cells = cells.min(c.buckets);
+        }
         let (dealt, lone, spots) = plans(cells);
         let same = |plan: shuffle::Plan| shuffle::Plan {
             buckets: cells,
@@ -173,12 +176,12 @@ impl CellPlan {
         let cell = shape.triangles / self.cells + 1;
         let bytes = cell::TRIANGLE_BYTES + cell::LONE_BYTES / 4;
         let window = self.window_bytes(shape);
-        2 * cell * bytes * shape.index / 4 <= share && window <= memory / 4 / shape.threads
+        2 * cell * bytes * shape.record() / 4 <= share && window <= memory / 4 / shape.threads
     }
 
     /// Bytes that a thread holds to assemble a window.
     pub fn window_bytes(&self, shape: &Shape) -> u64 {
-        window_bytes(shape.index) << self.windows.shift
+        window_bytes(shape.record()) << self.windows.shift
     }
 
     /// Bytes held through all passes: the marks of names.
@@ -202,10 +205,10 @@ fn window_plans(
     share: u64,
     by_place: bool,
 ) -> (Window, shuffle::Plan, shuffle::Plan) {
-    let (triangles, width) = (shape.triangles, shape.index as usize);
+    let (triangles, width) = (shape.triangles, shape.record() as usize);
     let across = if by_place { triangles / 16 } else { triangles };
     let (most, some) = parts(share, by_place);
-    let good = (share / window_bytes(2 * shape.index)).min(GOOD_WINDOW);
+    let good = (share / window_bytes(2 * shape.record())).min(GOOD_WINDOW);
     let mut at_most = MOST_AT_ONCE;
     loop {
         let windows = Window::new(triangles, at_most, good);
@@ -216,5 +219,34 @@ fn window_plans(
             return (windows, replies, patches);
         }
         at_most = (replies.buckets.min(patches.buckets) as u64).max(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plans_know_how_wide_records_are() {
+        for (triangles, bytes) in [(1 << 28, 4), (600_000_000, 8)] {
+            let shape = Shape {
+                triangles,
+                vertices: triangles / 2,
+                index: 4,
+                coord: 4,
+                threads: 2,
+            };
+            assert_eq!(shape.record(), bytes);
+            let plan = CellPlan::new(&shape, 2 << 30, true, None);
+            let held = if bytes == 4 {
+                plan.windows.bytes::<u32, u32>()
+            } else {
+                plan.windows.bytes::<u32, u64>()
+            };
+            assert_eq!(plan.window_bytes(&shape), held);
+            assert_eq!(plan.dealt.volume, 4 * bytes * triangles);
+            assert_eq!(plan.replies.volume, 5 * bytes * triangles);
+            assert_eq!(plan.replies.buckets as u64, plan.windows.count);
+        }
     }
 }

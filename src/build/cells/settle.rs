@@ -12,8 +12,7 @@
 //! triangles) is not held: its edges go to the seam pass, which sorts them externally, and each
 //! of its triangles is a local component.
 //!
-//! Memory: a share a thread, which the largest cell must fit, and five writers; the marks of
-//! names. I/O: what was dealt is read once; 5 words a triangle written, 2 for each opposite
+//! Memory: a share, four writers and five blocks a thread; the marks of names. I/O: what was dealt is read once; 5 words a triangle written, 2 for each opposite
 //! across cells and for each link; 24 bytes a local component, and 112 where it was measured.
 
 use super::super::Job;
@@ -60,7 +59,9 @@ pub struct Sinks<'a, W: Index> {
 }
 
 /// Bytes that a thread holds for what it appends, and for a cell that passes by.
-pub const APPENDED: u64 = 6 * BLOCK as u64;
+pub const APPENDED: u64 = 6 * BLOCK as u64 + PASSED;
+/// Bytes of the positions that pass by.
+const PASSED: u64 = Positions::<f64>::PASSING;
 /// Records of a cell that does not fit, at a time.
 const PASSING: usize = 2048;
 
@@ -93,7 +94,9 @@ pub fn settle<W: Index, X: Coord>(
             let triangles = hands.triangles.records_of(cell);
             let lone = hands.lone.records_of(cell);
             let bytes = wide * (triangles * TRIANGLE_BYTES + lone * LONE_BYTES);
-            if bytes <= share {
+            // Kernels number corners, doubled, in 32 bits.
+            let numbered = 3 * triangles + lone < u64::from(SPECIAL / 2);
+            if bytes <= share && numbered {
                 hands.triangles.unsorted(cell, &mut thread.cell.triangles)?;
                 hands.lone.unsorted(cell, &mut thread.cell.lone)?;
                 thread.cell.settle();
