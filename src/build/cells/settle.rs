@@ -12,8 +12,9 @@
 //! triangles) is not held: its edges go to the seam pass, which sorts them externally, and each
 //! of its triangles is a local component.
 //!
-//! Memory: a share, four writers and five blocks a thread; the marks of names. I/O: what was dealt is read once; 5 words a triangle written, 2 for each opposite
-//! across cells and for each link; 24 bytes a local component, and 112 where it was measured.
+//! Memory: a share, four writers and five blocks a thread; the marks of names. I/O: what was dealt
+//! is read once; 5 words a triangle written, 2 for each opposite across cells and for each link;
+//! 24 bytes a local component, and 112 where it was measured.
 
 use super::super::Job;
 use super::super::appender::{Appender, BLOCK};

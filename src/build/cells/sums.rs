@@ -86,10 +86,10 @@ impl<W: Index> Sums<'_, W> {
         match (places, &self.job.g) {
             (Places::Whole(whole), _) => {
                 let g = whole.rows()?;
+                whole.took(3 * self.unmeasured.len() as usize / size_of::<Unmeasured<W>>());
                 let each = |tally: &mut Tally, triangle: &Unmeasured<W>| {
                     let (component, flip) = self.label(triangle.called());
                     let corners = triangle.v().map(|v| g[v as usize].map(Coord::wide));
-                    whole.took(3);
                     let measure = &mut tally.at(component)?.measure;
                     measure.add(self.grid, corners, flip);
                     Ok(())
