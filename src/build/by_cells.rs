@@ -1,6 +1,5 @@
 //! The way through cells, for meshes whose triangles lie in no order that helps.
 
-use super::arrays::OutArray;
 use super::cells::CellPlan;
 use super::cells::assemble::{Said, assemble};
 use super::cells::deal::{Hands, deal};
@@ -12,13 +11,13 @@ use super::cells::settle::{APPENDED, Sinks, settle};
 use super::cells::sums::Sums;
 use super::chunks::Settled;
 use super::components::{Given, components};
-use super::finish::{Found, Tables, list_cuts};
+use super::finish::{Found, list_cuts};
 use super::nodes::Nodes;
 use super::pipeline::{Built, Clock};
 use super::records::{EdgeCorner, Patch};
 use super::seams::{Seaming, seams};
 use super::stitch::{Linked, stitch};
-use super::tail::Edges;
+use super::tail::{Edges, Rows};
 use super::way::{Kind, Way};
 use super::whole::Whole;
 use super::{Job, SCRATCH_BLOCK, scratch_items};
@@ -27,7 +26,6 @@ use crate::chunk::measure::Coord;
 use crate::corner::Index;
 use crate::disk::ScratchFile;
 use crate::error::Result;
-use crate::folder;
 use crate::shuffle::{Buckets, Shuffle};
 
 /// What the cells left.
@@ -185,21 +183,7 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
         })
     })?;
     drop((cuts, places, files, borders));
-    let create =
-        |name, shape: &[u64], row| OutArray::create(job.dir, name, I::DESCR, shape, row, ws);
-    let row = 3 * I::BYTES as u64;
-    let v = create(folder::V, &[t, 3], row)?;
-    let o = create(folder::O, &[t, 3], row)?;
-    let component = create(folder::COMPONENT, &[t], I::BYTES as u64)?;
-    let flipped = OutArray::create(job.dir, folder::FLIPPED, "|u1", &[t.div_ceil(8)], 1, ws)?;
-    let degenerate = create(folder::DEGENERATE, &[counts.degenerate], I::BYTES as u64)?;
-    let tables = Tables {
-        v: &v,
-        o: &o,
-        component: &component,
-        flipped: &flipped,
-        degenerate: &degenerate,
-    };
+    let arrays = Rows::create::<I>(job)?.marked::<I>(job, counts.degenerate)?;
     let said = Said {
         replies: &replies,
         patches: &patches,
@@ -212,17 +196,12 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
         labels: &labels,
         chosen: &chosen,
     };
-    let [edges, corners] = clock.pass("assemble", "triangles", t, || {
-        assemble::<I, W>(job, &plan.windows, &said, &tables)?;
+    let lists = clock.pass("assemble", "triangles", t, || {
+        assemble::<I, W>(job, &plan.windows, &said, &arrays.tables())?;
         list_cuts::<I, W>(job, &found, counts.nonmanifold_edges)
     })?;
-    let table = chosen.table;
-    Ok(Ok(Built {
-        files: vec![v, o, component, flipped, table, edges, corners, degenerate],
-        counts,
-        seam_corners: spilled,
-        local_components: nodes.count(),
-    }))
+    let made = (chosen.table, lists);
+    Ok(Ok(arrays.built(made, counts, spilled, nodes.count())))
 }
 
 /// Maps, deals and settles.

@@ -1,23 +1,21 @@
 //! The way in file order: chunks of consecutive triangles are patches of surface, or nearly.
 
 use super::Job;
-use super::arrays::OutArray;
 use super::chunks::{Chunked, Sinks, chunks};
 use super::components::{ChunkSums, Given, components, sum_chunks};
-use super::finish::{Found, Tables, apply, fill, list_cuts};
+use super::finish::{Found, apply, fill, list_cuts};
 use super::nodes::Nodes;
 use super::pipeline::{Built, Clock};
 use super::records::{EdgeCorner, Patch};
 use super::scan::scan;
 use super::seams::{Seaming, seams};
 use super::stitch::{Linked, stitch};
-use super::tail::Edges;
+use super::tail::{Edges, Rows};
 use super::way::Way;
 use crate::chunk::grid::{Bounds, Grid};
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
 use crate::error::{Error, Result};
-use crate::folder;
 use crate::shuffle::Shuffle;
 
 /// Runs the passes; or says, when the scan finds the order to be no help and `whatever` is not
@@ -36,12 +34,7 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
     if !whatever && let Some(better) = Way::after_scan(job, seam_bits.count()) {
         return Ok(Err(better));
     }
-    let create =
-        |name, shape: &[u64], row| OutArray::create(job.dir, name, I::DESCR, shape, row, ws);
-    let row = 3 * I::BYTES as u64;
-    let v = create(folder::V, &[t, 3], row)?;
-    let o = create(folder::O, &[t, 3], row)?;
-    let component = create(folder::COMPONENT, &[t], I::BYTES as u64)?;
+    let rows = Rows::create::<I>(job)?;
     let grid = Grid::new(bounds);
     let n = job.shape.vertices.max(1);
     let record = size_of::<EdgeCorner<W>>();
@@ -54,9 +47,9 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
         let sinks = Sinks {
             edges: &edges,
             cuts: &cuts,
-            v: &v,
-            o: &o,
-            component: &component,
+            v: &rows.v,
+            o: &rows.o,
+            component: &rows.component,
         };
         chunks::<I, W, X>(job, &seam_bits, &grid, &sinks)
     })?;
@@ -115,7 +108,7 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
         let sums = ChunkSums {
             chunked: &chunked,
             labels: &labels,
-            component: &component,
+            component: &rows.component,
             grid: &grid,
         };
         components(job, &given, &mut counts, |pieces, memory| {
@@ -123,31 +116,19 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
         })
     })?;
     drop(cuts);
-    let flipped = OutArray::create(job.dir, folder::FLIPPED, "|u1", &[t.div_ceil(8)], 1, ws)?;
-    let degenerate = create(folder::DEGENERATE, &[counts.degenerate], I::BYTES as u64)?;
-    let tables = Tables {
-        v: &v,
-        o: &o,
-        component: &component,
-        flipped: &flipped,
-        degenerate: &degenerate,
-    };
+    let arrays = rows.marked::<I>(job, counts.degenerate)?;
+    let tables = arrays.tables();
     let found = Found {
         labels: &labels,
         chosen: &chosen,
     };
-    let [edges, corners] = clock.pass("finish", "items", t + patches.records(), || {
+    let lists = clock.pass("finish", "items", t + patches.records(), || {
         apply::<I, W>(job, &chunked, &found, &tables)?;
         fill::<I, W>(job, &found, &patches, &tables, counts.flipped_triangles > 0)?;
         list_cuts::<I, W>(job, &found, counts.nonmanifold_edges)
     })?;
-    let table = chosen.table;
-    Ok(Ok(Built {
-        files: vec![v, o, component, flipped, table, edges, corners, degenerate],
-        counts,
-        seam_corners: spilled,
-        local_components: nodes.count(),
-    }))
+    let made = (chosen.table, lists);
+    Ok(Ok(arrays.built(made, counts, spilled, nodes.count())))
 }
 
 /// Refuses, now that the table of chunks is there, a budget that is too small for what comes

@@ -1,13 +1,17 @@
-//! What both ways share behind their first passes: the counts of edges, and the laws that they
-//! must keep.
+//! What both ways share behind their first passes: the counts of edges with the laws that they
+//! must keep, and the arrays that they make.
 //!
-//! Memory: none. I/O: none.
+//! Memory: none. I/O: the headers of the arrays.
 
 use super::Job;
+use super::arrays::OutArray;
 use super::chunks::Settled;
+use super::finish::Tables;
+use super::pipeline::Built;
 use crate::chunk::grid::Bounds;
+use crate::corner::Index;
 use crate::error::{Error, Result};
-use crate::folder::Counts;
+use crate::folder::{self, Counts};
 
 /// What is known of the edges and vertices before the components are.
 pub struct Edges<'a> {
@@ -63,4 +67,88 @@ impl Edges<'_> {
             ..Counts::default()
         })
     }
+}
+
+/// The arrays by triangle.
+pub struct Rows {
+    /// V.
+    pub v: OutArray,
+    /// O.
+    pub o: OutArray,
+    /// Component.
+    pub component: OutArray,
+}
+
+impl Rows {
+    /// Creates them, with nothing in their rows.
+    ///
+    /// # Errors
+    /// [`Error::Budget`], [`Error::Io`].
+    pub fn create<I: Index>(job: &Job) -> Result<Rows> {
+        let (t, id) = (job.shape.triangles, I::BYTES as u64);
+        Ok(Rows {
+            v: create::<I>(job, folder::V, &[t, 3], 3 * id)?,
+            o: create::<I>(job, folder::O, &[t, 3], 3 * id)?,
+            component: create::<I>(job, folder::COMPONENT, &[t], id)?,
+        })
+    }
+
+    /// Adds those that wait for the components: what is flipped, and what is degenerate.
+    ///
+    /// # Errors
+    /// [`Error::Budget`], [`Error::Io`].
+    pub fn marked<I: Index>(self, job: &Job, degenerate: u64) -> Result<Marked> {
+        let (bytes, dir, ws) = (job.shape.triangles.div_ceil(8), job.dir, job.ws);
+        Ok(Marked {
+            flipped: OutArray::create(dir, folder::FLIPPED, "|u1", &[bytes], 1, ws)?,
+            degenerate: create::<I>(job, folder::DEGENERATE, &[degenerate], I::BYTES as u64)?,
+            rows: self,
+        })
+    }
+}
+
+/// The arrays that the last pass completes.
+pub struct Marked {
+    rows: Rows,
+    flipped: OutArray,
+    degenerate: OutArray,
+}
+
+impl Marked {
+    /// As the last pass takes them.
+    pub fn tables(&self) -> Tables<'_> {
+        Tables {
+            v: &self.rows.v,
+            o: &self.rows.o,
+            component: &self.rows.component,
+            flipped: &self.flipped,
+            degenerate: &self.degenerate,
+        }
+    }
+
+    /// What is to be sealed, with the table of components and the lists of non-manifold edges.
+    pub fn built(
+        self,
+        (table, [edges, corners]): (OutArray, [OutArray; 2]),
+        counts: Counts,
+        seam_corners: u64,
+        local_components: u64,
+    ) -> Built {
+        let Rows { v, o, component } = self.rows;
+        let Marked {
+            flipped,
+            degenerate,
+            ..
+        } = self;
+        Built {
+            files: vec![v, o, component, flipped, table, edges, corners, degenerate],
+            counts,
+            seam_corners,
+            local_components,
+        }
+    }
+}
+
+fn create<I: Index>(job: &Job, name: &'static str, shape: &[u64], row: u64) -> Result<OutArray> {
+    OutArray::create(job.dir, name, I::DESCR, shape, row, job.ws)
 }
