@@ -81,7 +81,8 @@ pub fn fitting(shape: &Shape, plan: &Plan, memory: u64) -> Option<Kind> {
     let map = CellMap::bytes_by_place(shape.vertices);
     let suits = |kind| {
         let by_place = kind == Kind::Place;
-        CellPlan::new(shape, memory, by_place, plan.buckets).suits(shape, plan, memory)
+        let cells = CellPlan::new(shape, memory, by_place, plan.buckets);
+        cells.suits(shape, plan, memory, by_place)
     };
     if shape.coord > 0 && held + map <= memory / 8 * 5 {
         return Some(Kind::Place).filter(|kind| suits(*kind));

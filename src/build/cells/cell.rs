@@ -20,6 +20,45 @@ pub const TRIANGLE_BYTES: u64 = 16 + 12 + 12 + TABLE_BYTES + 1 + 24 + 12 + 12 + 
 /// Bytes for each lone edge: record, ids, local ids and their table, list, opposite.
 pub const LONE_BYTES: u64 = 12 + 8 + 8 + TABLE_BYTES + 8 + 8 + 4;
 
+/// Bytes of a cell, without measuring.
+pub fn cell_bytes<W: Index>(triangles: u64, lone: u64) -> u64 {
+    W::BYTES as u64 / 4 * (triangles * TRIANGLE_BYTES + lone * LONE_BYTES)
+}
+
+/// What a thread's buffers have room for. They are reused, and each keeps its largest size: one
+/// cell may have many triangles, and another many lone edges.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Kept {
+    triangles: u64,
+    lone: u64,
+    /// Bytes for measuring.
+    pub measured: u64,
+}
+
+impl Kept {
+    /// Grows to a cell that fits in `share` bytes by itself. Gives the bytes that are left for
+    /// measuring, and whether all fits together; if not, the buffers are to be dropped first.
+    pub fn grow<W: Index>(&mut self, triangles: u64, lone: u64, share: u64) -> (u64, bool) {
+        let grown = Kept {
+            triangles: self.triangles.max(triangles),
+            lone: self.lone.max(lone),
+            ..*self
+        };
+        let bytes = cell_bytes::<W>(grown.triangles, grown.lone) + grown.measured;
+        let fits = bytes <= share;
+        *self = if fits {
+            grown
+        } else {
+            Kept {
+                triangles,
+                lone,
+                measured: 0,
+            }
+        };
+        (share - cell_bytes::<W>(self.triangles, self.lone), fits)
+    }
+}
+
 /// The name of a local component, and the flip of the triangle that names it against the one
 /// that the swirl began with.
 #[derive(Clone, Copy)]
@@ -156,4 +195,35 @@ pub fn edge_corner<W: Index>(
         called.name,
         (from > to) ^ called.flip,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn buffers_never_keep_more_than_the_share() {
+        const SHARE: u64 = 1 << 20;
+        let (mut kept, mut dropped) = (Kept::default(), 0);
+        for i in 0..1000u64 {
+            // Some cells are all triangles, some all lone edges, and measuring takes what is left.
+            let (triangles, lone) = match i % 3 {
+                0 => (i * 7919 % (SHARE / TRIANGLE_BYTES), 0),
+                1 => (0, i * 6007 % (SHARE / LONE_BYTES)),
+                _ => (100, 100),
+            };
+            let (room, fits) = kept.grow::<u32>(triangles, lone, SHARE);
+            dropped += u64::from(!fits);
+            let cell = cell_bytes::<u32>(kept.triangles, kept.lone);
+            assert!(cell >= cell_bytes::<u32>(triangles, lone));
+            assert_eq!(cell + room, SHARE);
+            assert!(kept.measured <= room);
+            kept.measured = kept.measured.max(room / (1 + i % 5));
+            assert!(cell + kept.measured <= SHARE);
+        }
+        assert!(dropped > 10);
+        let once = cell_bytes::<u64>(50, 20);
+        assert_eq!(once, 2 * cell_bytes::<u32>(50, 20));
+        assert_eq!(Kept::default().grow::<u64>(50, 20, once), (0, true));
+    }
 }

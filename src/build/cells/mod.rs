@@ -164,7 +164,7 @@ impl CellPlan {
     }
 
     /// True when a cell twice as large as most would fit in a thread's share of so much memory.
-    pub fn suits(&self, shape: &Shape, plan: &Plan, memory: u64) -> bool {
+    pub fn suits(&self, shape: &Shape, plan: &Plan, memory: u64, by_place: bool) -> bool {
         let whole = if Self::maps_all(shape, memory) {
             3 * shape.coord * shape.vertices
         } else {
@@ -174,7 +174,9 @@ impl CellPlan {
         let free = memory.saturating_sub(Self::held(shape) + whole) / 8 * 7;
         let share = (free / shape.threads).saturating_sub(writers + settle::APPENDED);
         let cell = shape.triangles / self.cells + 1;
-        let bytes = cell::TRIANGLE_BYTES + cell::LONE_BYTES / 4;
+        // Of random ids nearly every triangle has an edge that goes alone.
+        let alone = if by_place { 4 } else { 1 };
+        let bytes = cell::TRIANGLE_BYTES + cell::LONE_BYTES / alone;
         let window = self.window_bytes(shape);
         2 * cell * bytes * shape.record() / 4 <= share && window <= memory / 4 / shape.threads
     }

@@ -20,7 +20,7 @@ use super::super::Job;
 use super::super::appender::{Appender, BLOCK};
 use super::super::chunks::Settled;
 use super::super::records::{EdgeCorner, Link, MeasureRecord, Patch};
-use super::cell::{Cell, LONE_BYTES, TRIANGLE_BYTES, edge_corner};
+use super::cell::{Cell, Kept, cell_bytes, edge_corner};
 use super::deal::Hands;
 use super::names::Marks;
 use super::places::{AtHand, Places, Positions};
@@ -82,7 +82,6 @@ pub fn settle<W: Index, X: Coord>(
     let threads = ws.workers.count() as u64;
     let _lease = ws.budget.lease("cells", threads * (share + APPENDED))?;
     let settled = Mutex::new(Settled::default());
-    let wide = W::BYTES as u64 / 4;
     if hands.triangles.count() != hands.lone.count() {
         return Err(Error::Internal(
             "triangles and edges have other cells".into(),
@@ -94,15 +93,15 @@ pub fn settle<W: Index, X: Coord>(
         |thread, cell| {
             let triangles = hands.triangles.records_of(cell);
             let lone = hands.lone.records_of(cell);
-            let bytes = wide * (triangles * TRIANGLE_BYTES + lone * LONE_BYTES);
             // Kernels number corners, doubled, in 32 bits.
             let numbered = 3 * triangles + lone < u64::from(SPECIAL / 2);
-            if bytes <= share && numbered {
+            if cell_bytes::<W>(triangles, lone) <= share && numbered {
+                let room = thread.make_room(triangles, lone, share);
                 hands.triangles.unsorted(cell, &mut thread.cell.triangles)?;
                 hands.lone.unsorted(cell, &mut thread.cell.lone)?;
                 thread.cell.settle();
                 thread.settled.add(&thread.cell.pairs);
-                thread.measure(cell, grid, share - bytes)?;
+                thread.measure(cell, grid, room)?;
                 thread.out.answer(&thread.cell)?;
             } else {
                 thread.pass_on(hands, cell)?;
@@ -129,6 +128,8 @@ struct Thread<'a, W: Index, X> {
     positions: Positions<'a, X>,
     measurer: Measurer,
     measures: Vec<Measure>,
+    kept: Kept,
+    places: &'a Places<X>,
     settled: Settled,
     out: Out<'a, W>,
 }
@@ -154,6 +155,8 @@ impl<'a, W: Index, X: Coord> Thread<'a, W, X> {
             positions: Positions::new(places),
             measurer: Measurer::default(),
             measures: Vec::new(),
+            kept: Kept::default(),
+            places,
             settled: Settled::default(),
             out: Out {
                 names: sinks.names,
@@ -170,6 +173,19 @@ impl<'a, W: Index, X: Coord> Thread<'a, W, X> {
         })
     }
 
+    /// Makes the buffers ready for a cell that fits in `share` bytes, and gives the bytes that are
+    /// left for measuring.
+    fn make_room(&mut self, triangles: u64, lone: u64, share: u64) -> u64 {
+        let (room, fits) = self.kept.grow::<W>(triangles, lone, share);
+        if !fits {
+            self.cell = Cell::default();
+            self.positions = Positions::new(self.places);
+            self.measurer = Measurer::default();
+            self.measures = Vec::new();
+        }
+        room
+    }
+
     /// Measures the local components by the positions at hand, in `memory` bytes, and notes the
     /// triangles that want others.
     fn measure(&mut self, cell: u64, grid: &Grid, memory: u64) -> Result<()> {
@@ -177,7 +193,11 @@ impl<'a, W: Index, X: Coord> Thread<'a, W, X> {
         let locals = own.swirl.components.len();
         let need = own.ids.span() as u64 * (Measurer::BYTES + Positions::<X>::BYTES)
             + locals as u64 * MEASURE_BYTES;
-        let hand = self.positions.load(cell, &own.ids, need <= memory)?;
+        let fits = need <= memory;
+        if fits {
+            self.kept.measured = self.kept.measured.max(need);
+        }
+        let hand = self.positions.load(cell, &own.ids, fits)?;
         let (positions, absent) = match hand {
             AtHand::None => return Ok(()),
             AtHand::Later => return out.all_unmeasured(own),
