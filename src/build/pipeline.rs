@@ -14,7 +14,7 @@ use crate::chunk::measure::Coord;
 use crate::corner::Index;
 use crate::disk::{DataFile, IoCount, Workspace};
 use crate::error::{Error, Result};
-use crate::folder::{self, Counts, FileEntry, Manifest, Orient, WarmSums};
+use crate::folder::{self, Counts, FileEntry, Manifest, Measures, Orient, WarmSums};
 use crate::input::{CoordKind, Mesh};
 use std::time::Instant;
 
@@ -110,6 +110,8 @@ pub struct Wishes {
     pub buckets: Option<usize>,
     /// Which way to go, for tests.
     pub strategy: Strategy,
+    /// Whether to measure the vertices.
+    pub measures: bool,
 }
 
 /// Builds the folder in `staging` from an opened mesh, seals it and puts it in its place.
@@ -158,6 +160,7 @@ pub fn run(
         dir: staging.path(),
         orient: wishes.orient,
         strategy: wishes.strategy,
+        measures: wishes.measures,
     };
     let doubles = kind == Some(CoordKind::F8);
     let built = match (shape.index == 8, narrow(triangles, vertices), doubles) {
@@ -229,6 +232,8 @@ pub struct Built {
     pub files: Vec<OutArray>,
     /// What was counted.
     pub counts: Counts,
+    /// What the vertices tell, when they were measured.
+    pub measures: Option<Measures>,
     /// Corners that went to the seam pass.
     pub seam_corners: u64,
     /// Local components before stitching.
@@ -291,7 +296,7 @@ fn seal(clock: &mut Clock, job: &Job, built: &Built, g: Option<OutArray>) -> Res
             weld: job.mesh.welded,
         },
         counts: built.counts.clone(),
-        measures: None,
+        measures: built.measures.clone(),
         input,
         files: files.iter().zip(&sums).map(entry).collect(),
         checksum: String::new(),

@@ -19,6 +19,7 @@ pub mod random;
 pub mod readers;
 pub mod run;
 pub mod space;
+pub mod stars;
 pub mod surfaces;
 pub mod tables;
 pub mod zoo;

@@ -95,6 +95,8 @@ fn window_bytes(word: u64) -> u64 {
 pub struct CellPlan {
     /// Cells that are wanted; a map may have fewer.
     pub cells: u64,
+    /// Triangles of which an edge goes alone, about.
+    pub alone: u64,
     /// Triangles that are dealt at a time.
     pub step: u64,
     /// The shuffle of triangles to cells.
@@ -147,6 +149,7 @@ impl CellPlan {
         };
         CellPlan {
             cells: cells as u64,
+            alone,
             step: STEP.min((share / 64).max(64)),
             dealt: same(dealt),
             lone: same(lone),
@@ -179,6 +182,12 @@ impl CellPlan {
         let bytes = cell::TRIANGLE_BYTES + cell::LONE_BYTES / alone;
         let window = self.window_bytes(shape);
         2 * cell * bytes * shape.record() / 4 <= share && window <= memory / 4 / shape.threads
+    }
+
+    /// Parts of fans that are expected of so many triangles: about two at each vertex of those that
+    /// are parted.
+    pub fn parts(&self, triangles: u64) -> u64 {
+        (4 * self.alone).min(3 * triangles)
     }
 
     /// Bytes that a thread holds to assemble a window.
