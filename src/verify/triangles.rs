@@ -17,6 +17,7 @@ use super::read::IdReader;
 use super::row::Row;
 use super::sort::{Filler, Record, Sorter};
 use super::tally::{Table, Tally};
+use super::valences::Seen;
 use super::verdict::{At, Check, Findings, id};
 use crate::disk::{Lease, Workspace};
 use crate::error::Result;
@@ -49,6 +50,8 @@ pub(super) struct Outlets<'a, E> {
     pub(super) tallies: &'a Sorter<Tally>,
     pub(super) spans: &'a Sorter<Span>,
     pub(super) wanted: &'a Sorter<Wanted>,
+    /// In measured folders.
+    pub(super) seen: Option<&'a Sorter<Seen>>,
     /// Triangles of a chunk, a multiple of 8.
     pub(super) chunk: u64,
     /// Bytes of a thread's table of component sums.
@@ -152,6 +155,7 @@ struct Lane<'a, E: EdgeRecord> {
     table: Table<'a>,
     spans: Filler<'a, Span>,
     wanted: Filler<'a, Wanted>,
+    seen: Option<Filler<'a, Seen>>,
     /// The list of degenerate triangles.
     listed: IdReader<'a>,
     counted: Counted,
@@ -184,6 +188,7 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
             table: Table::new(ws, outlets.tallies, arrays.components, outlets.table)?,
             spans: outlets.spans.filler(ws)?,
             wanted: outlets.wanted.filler(ws)?,
+            seen: outlets.seen.map(|seen| seen.filler(ws)).transpose()?,
             listed: IdReader::new(ws, &arrays.degenerate, 4 << 10)?,
             counted: Counted::default(),
         })
@@ -193,6 +198,7 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
         self.edges.finish()?;
         self.table.finish()?;
         self.spans.finish()?;
+        self.seen.map_or(Ok(()), Filler::finish)?;
         self.wanted.finish()
     }
 
@@ -218,6 +224,7 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
         let mut place = arrays.degenerate.lower_bound(first)?;
         // A list in disorder must not make every chunk read all of it.
         let most = place + n as u64;
+        let before = self.counted.degenerate;
         for i in 0..n {
             let row = self.row(first, i);
             row.ranges(arrays, self.findings);
@@ -241,6 +248,7 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
         }
         self.sort_vertices();
         self.spans()?;
+        self.valences(before != self.counted.degenerate)?;
         self.measure(first)
     }
 
@@ -268,12 +276,15 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
         }
         for k in 0..3 {
             let (next, prev) = (row.v[(k + 1) % 3], row.v[(k + 2) % 3]);
+            let hi = next.max(prev);
+            let apex = Some(row.v[k]).filter(|&v| hi < v && v < self.arrays.vertices);
             self.edges.push(E::pack(&Facing {
                 lo: next.min(prev),
-                hi: next.max(prev),
+                hi,
                 corner: 3 * row.t + k as u64,
                 opposite: row.o[k],
                 label: if labelled { row.label } else { u64::MAX },
+                apex: apex.unwrap_or(u64::MAX),
                 upward: next < prev,
                 flipped: row.flipped,
             }))?;
@@ -309,6 +320,30 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
             }
         }
         span.map_or(Ok(()), |span| self.spans.push(span))
+    }
+
+    /// The triangles at each vertex that occurs; `some` says that some are degenerate.
+    fn valences(&mut self, some: bool) -> Result<()> {
+        let Some(seen) = &mut self.seen else {
+            return Ok(());
+        };
+        let v = &self.v;
+        let whole = |place: u32| {
+            let first = place as usize / 3 * 3;
+            let (a, b, c) = (v[first], v[first + 1], v[first + 2]);
+            a != b && b != c && c != a
+        };
+        for corners in self.order.chunk_by(|a, b| a.0 == b.0) {
+            let times = match some {
+                true => corners.iter().filter(|(_, place)| whole(*place)).count(),
+                false => corners.len(),
+            } as u64;
+            if times > 0 {
+                let vertex = corners[0].0;
+                seen.push(Seen { vertex, times })?;
+            }
+        }
+        Ok(())
     }
 
     /// Measures the triangles of the chunk, or leaves them to the sorts.
