@@ -46,6 +46,7 @@ mod row;
 mod rows;
 mod shape;
 mod sort;
+mod spans;
 mod spool;
 mod stars;
 mod tally;
@@ -173,7 +174,7 @@ impl Contents<'_> {
             table: lane / 16,
         };
         let counted = triangles::run(ws, arrays, coords.as_ref(), self.findings, &outlets)?;
-        let referenced = triangles::referenced(ws, spans, memory / 2)?;
+        let referenced = spans::referenced(ws, spans, memory / 2)?;
         let valences = seen.map(|seen| valences::run(ws, seen, arrays.vertices, memory / 2));
         let valences = valences.transpose()?;
         if let Some(coords) = &coords {

@@ -3,8 +3,8 @@
 //!
 //! Why one pass in any order: what is checked of a triangle here needs only its own rows of
 //! V, O, `component.npy` and `flipped.npy`. `degenerate.npy` is ascending, so a chunk finds
-//! its part by bisection. Vertices that occur leave spans of consecutive ids, which a sort
-//! unites.
+//! its part by bisection. Vertices that occur leave [`spans`](super::spans), and in
+//! measured folders counts of their triangles (see [`valences`](super::valences)).
 //!
 //! Memory: [`BYTES`] a triangle of a chunk, and the buffers of the sorts, each thread its own.
 //! I/O: V, O, labels and bits once; see [`coords`](super::coords) for G.
@@ -15,7 +15,8 @@ use super::far::Wanted;
 use super::files::Arrays;
 use super::read::IdReader;
 use super::row::Row;
-use super::sort::{Filler, Record, Sorter};
+use super::sort::{Filler, Sorter};
+use super::spans::Span;
 use super::tally::{Table, Tally};
 use super::valences::Seen;
 use super::verdict::{At, Check, Findings, id};
@@ -23,26 +24,10 @@ use crate::disk::{Lease, Workspace};
 use crate::error::Result;
 use crate::folder::npy::DATA_START;
 use crate::folder::{DEGENERATE, FLIPPED};
-use bytemuck::{Pod, Zeroable};
 use std::sync::Mutex;
 
 /// Bytes of a triangle in a chunk: V, O, raw ids, label, bit, vertices in order, points.
 pub(super) const BYTES: u64 = 24 + 24 + 24 + 8 + 1 + 48 + 72 + 7;
-
-/// Vertices that occur, from the first up to but not including the last.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub(super) struct Span {
-    from: u64,
-    to: u64,
-}
-
-impl Record for Span {
-    type Key = u64;
-    fn key(&self) -> u64 {
-        self.from
-    }
-}
 
 /// Where the pass sends records, and how much memory a thread gives to what.
 pub(super) struct Outlets<'a, E> {
@@ -386,15 +371,4 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
         }
         Ok(())
     }
-}
-
-/// Number of vertices that occur in any triangle.
-pub(super) fn referenced(ws: &Workspace, spans: Sorter<Span>, memory: u64) -> Result<u64> {
-    let mut merge = spans.merge(ws, memory)?;
-    let (mut seen, mut end) = (0, 0);
-    while let Some(span) = merge.next()? {
-        seen += span.to.saturating_sub(span.from.max(end));
-        end = end.max(span.to);
-    }
-    Ok(seen)
 }
