@@ -243,6 +243,7 @@ impl Builder {
             check_width(narrow, survey.triangles, survey.vertices.unwrap_or(0))?;
         }
         let sizes = Sizes {
+            measures: self.measures,
             memory: self.memory,
             threads: self.threads.max(1),
             wide: request.wide,

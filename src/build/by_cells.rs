@@ -284,7 +284,7 @@ fn settle_all<W: Index, X: Coord>(
     };
     let threads = ws.workers.count() as u64;
     let parts = plan.parts(t);
-    let stars = match job.measures {
+    let stars = match job.shape.measures {
         true => Some(Spilled::new(job, parts)?),
         false => None,
     };

@@ -47,7 +47,7 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
     let cuts = Shuffle::new(ws, "non-manifold corners", 0..n, plan)?;
     // A part on either side of a seam, at each of its vertices.
     let parts = (2 * seam_bits.count()).min(3 * t);
-    let spilled_stars = match job.measures {
+    let spilled_stars = match job.shape.measures {
         true => Some(Spilled::new(job, parts)?),
         false => None,
     };

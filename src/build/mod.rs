@@ -83,8 +83,6 @@ pub struct Job<'a> {
     pub orient: Orient,
     /// Which way to go, and how to join local components.
     pub strategy: Strategy,
-    /// False when the vertices are not to be measured.
-    pub measures: bool,
 }
 
 /// The most memory that one sorter takes: more would leave the cache and gain nothing.

@@ -140,7 +140,14 @@ pub fn run(
     let vertices = vertex_count(&mut clock, mesh)?;
     let triangles = mesh.v.triangles;
     check_width(wishes.narrow, triangles, vertices)?;
-    let shape = Shape::new(triangles, vertices, wishes.wide, kind, ws.workers.count());
+    let shape = Shape::new(
+        triangles,
+        vertices,
+        wishes.wide,
+        kind,
+        ws.workers.count(),
+        wishes.measures,
+    );
     // Only block sums are held now, which the plan's slack covers.
     let plan = Plan::new(&shape, ws.budget.limit(), wishes.chunk, wishes.buckets)?;
     let (bounds, g, g_file) = match placed {
@@ -160,7 +167,6 @@ pub fn run(
         dir: staging.path(),
         orient: wishes.orient,
         strategy: wishes.strategy,
-        measures: wishes.measures,
     };
     let doubles = kind == Some(CoordKind::F8);
     let built = match (shape.index == 8, narrow(triangles, vertices), doubles) {

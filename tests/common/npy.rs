@@ -109,7 +109,10 @@ impl Npy {
     /// One column of integers of a structured array, negative ones as their bits.
     pub fn counts(&self, name: &str) -> Vec<u64> {
         let field = self.field(name);
-        assert!("ui".contains(field.kind) && field.count == 1, "column {name}");
+        assert!(
+            "ui".contains(field.kind) && field.count == 1,
+            "column {name}"
+        );
         let (at, size) = (field.offset, field.size);
         self.data
             .chunks_exact(self.row_bytes())

@@ -89,6 +89,7 @@ pub fn deal<I: Index, W: Index>(
     let triangles = Shuffle::<Dealt<W>>::new(ws, "triangles by cell", keys.clone(), plan.dealt)?;
     let lone = Shuffle::<Lone<W>>::new(ws, "edges by cell", keys, plan.lone)?;
     let open = job
+        .shape
         .measures
         .then(|| VertexBits::new(&ws.budget, "open vertices", n))
         .transpose()?;

@@ -173,7 +173,8 @@ impl CellPlan {
         } else {
             0
         };
-        let writers = self.replies.writer_bytes() + self.patches.writer_bytes() + 2 * plan.writer;
+        let writers =
+            self.replies.writer_bytes() + self.patches.writer_bytes() + shape.writer_bytes(plan);
         let free = memory.saturating_sub(Self::held(shape) + whole) / 8 * 7;
         let share = (free / shape.threads).saturating_sub(writers + settle::APPENDED);
         let cell = shape.triangles / self.cells + 1;
@@ -246,6 +247,7 @@ mod tests {
                 index: 4,
                 coord: 4,
                 threads: 2,
+                measures: true,
             };
             assert_eq!(shape.record(), bytes);
             let plan = CellPlan::new(&shape, 2 << 30, true, None);
