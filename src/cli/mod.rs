@@ -6,8 +6,11 @@
 mod build;
 mod export;
 mod info;
+mod path;
+mod pieces;
 mod progress;
 mod size;
+mod swirl;
 mod verify;
 mod work;
 
@@ -32,6 +35,10 @@ enum Command {
     Info(info::InfoArgs),
     /// Write a mesh folder, or chosen components of it, as PLY, STL, OBJ, OFF or .npy
     Export(export::ExportArgs),
+    /// Find the shortest path of triangles between two corners
+    Path(path::PathArgs),
+    /// List the triangles of a component in swirl order, with the letters of Edgebreaker
+    Swirl(swirl::SwirlArgs),
     /// Check a mesh folder fully and independently
     Verify(verify::VerifyArgs),
 }
@@ -60,6 +67,8 @@ pub fn run() -> ExitCode {
         Command::Build(args) => build::run(args),
         Command::Export(args) => export::run(args),
         Command::Info(args) => info::run(args),
+        Command::Path(args) => path::run(args),
+        Command::Swirl(args) => swirl::run(args),
         Command::Verify(args) => verify::run(args),
     };
     // A panic is a fault of this program; its message was printed where it happened.
