@@ -80,7 +80,7 @@ fn paths_are_the_shortest_and_of_these_the_smallest() {
 
 #[test]
 fn long_paths_are_the_smallest_of_all_sequences() {
-    let mut tori = vec![surfaces::torus(12, 15), surfaces::klein_bottle(9, 14)];
+    let mut tori = [surfaces::torus(12, 15), surfaces::klein_bottle(9, 14)];
     for (seed, mesh) in tori.iter_mut().enumerate() {
         let mut random = Random::new(seed as u64);
         mesh.rotate_corners(&mut random);
