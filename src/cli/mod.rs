@@ -4,6 +4,7 @@
 //! 2 usage, 3 bad input, 4 I/O or disk full, 5 budget too small, 70 internal error.
 
 mod build;
+mod check;
 mod export;
 mod info;
 mod path;
@@ -31,6 +32,8 @@ struct Cli {
 enum Command {
     /// Build a mesh folder from a mesh file
     Build(Box<build::BuildArgs>),
+    /// Hold a mesh folder to requirements: closed, manifold, oriented and more
+    Check(check::CheckArgs),
     /// Say what a mesh folder holds, from its manifest
     Info(info::InfoArgs),
     /// Write a mesh folder, or chosen components of it, as PLY, STL, OBJ, OFF or .npy
@@ -65,6 +68,7 @@ pub fn run() -> ExitCode {
     };
     let command = || match &cli.command {
         Command::Build(args) => build::run(args),
+        Command::Check(args) => check::run(args),
         Command::Export(args) => export::run(args),
         Command::Info(args) => info::run(args),
         Command::Path(args) => path::run(args),

@@ -5,9 +5,11 @@
 //!
 //! Memory: 64 KiB and a few rows. I/O: `components.npy` once (not for [`info`]).
 
+mod check;
 mod predict;
 mod text;
 
+pub use check::{Checked, Culprit, Judged, Requirement, check, render_checked};
 pub use predict::{Predicted, predicted, render_predicted};
 pub use text::{info, render};
 
@@ -15,7 +17,7 @@ use crate::build::BuildReport;
 use crate::disk::DataFile;
 use crate::error::Result;
 use crate::folder::npy::DATA_START;
-use crate::folder::{self, ComponentRow, Counts, EdgeRow, Folder, Manifest, Rows};
+use crate::folder::{self, Counts, EdgeRow, Folder, Manifest, Measures, Row, Rows};
 use bytemuck::Pod;
 use serde::Serialize;
 
@@ -39,6 +41,8 @@ pub struct Report {
     pub options: folder::Options,
     /// The numbers of the whole mesh.
     pub counts: Counts,
+    /// What the vertices tell; null for a folder without measures.
+    pub measures: Option<Measures>,
     /// The first culprits of each kind.
     pub culprits: Culprits,
     /// The largest components.
@@ -56,8 +60,12 @@ pub struct Report {
 pub struct Culprits {
     /// From `nonmanifold_edges.npy`.
     pub nonmanifold_edges: Vec<Edge>,
+    /// From `nonmanifold_vertices.npy`; empty for a folder without measures.
+    pub nonmanifold_vertices: Vec<u64>,
     /// From `degenerate.npy`.
     pub degenerate: Vec<u64>,
+    /// From `duplicate.npy`; empty for a folder without measures.
+    pub duplicate: Vec<u64>,
     /// Components that cannot be oriented.
     pub nonorientable_components: Vec<u64>,
     /// Components that are oriented by majority though `outward` was asked for.
@@ -94,6 +102,25 @@ pub struct Component {
     pub volume: Option<f64>,
     /// Area in squared input units; null when unknown.
     pub area: Option<f64>,
+    /// What its vertices tell; null for a folder without measures.
+    pub measures: Option<Measured>,
+}
+
+/// What the vertices of a component tell, from `components.npy`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Measured {
+    /// Distinct vertices.
+    pub vertices: u64,
+    /// Fans.
+    pub fans: u64,
+    /// Border loops.
+    pub border_loops: u64,
+    /// Euler characteristic.
+    pub euler: i64,
+    /// Genus.
+    pub genus: u64,
+    /// Whether it is a simple mesh.
+    pub is_smesh: bool,
 }
 
 /// Components of `from` to `to` triangles.
@@ -172,9 +199,12 @@ pub fn gather(folder: &Folder, build: Option<&BuildReport>) -> Result<Report> {
         format: manifest.input.format.clone(),
         options: manifest.options.clone(),
         counts: manifest.counts.clone(),
+        measures: manifest.measures.clone(),
         culprits: Culprits {
             nonmanifold_edges: first_edges(folder)?,
+            nonmanifold_vertices: first_ids(folder, folder::NONMANIFOLD_VERTICES)?,
             degenerate: first_ids(folder, folder::DEGENERATE)?,
+            duplicate: first_ids(folder, folder::DUPLICATE)?,
             ..Culprits::default()
         },
         largest: Vec::new(),
@@ -258,7 +288,11 @@ fn first_edges(folder: &Folder) -> Result<Vec<Edge>> {
     Ok(rows::<EdgeRow>(&file, 0, count)?.iter().map(edge).collect())
 }
 
+/// The first rows of a list of ids; none when the folder has no such list.
 fn first_ids(folder: &Folder, name: &str) -> Result<Vec<u64>> {
+    if !folder.has(name) {
+        return Ok(Vec::new());
+    }
     let count = length(folder, name).min(NAMED as u64);
     let file = folder.file(name)?;
     if folder.manifest().index == "u4" {
@@ -272,13 +306,13 @@ fn first_ids(folder: &Folder, name: &str) -> Result<Vec<u64>> {
 fn survey(folder: &Folder, report: &mut Report) -> Result<()> {
     let mut sizes = [(0u64, 0u64); 64];
     let outward = report.options.orient == folder::Orient::Outward;
-    Rows::open(folder)?.each(|number, row| {
-        let row = &row.base;
+    Rows::open(folder)?.each(|number, whole| {
+        let row = &whole.base;
         let triangles = row.triangles;
         let class = &mut sizes[triangles.max(1).ilog2() as usize];
         class.0 += 1;
         class.1 += triangles;
-        keep_largest(&mut report.largest, number, row);
+        keep_largest(&mut report.largest, number, whole);
         let culprits = &mut report.culprits;
         if row.orientable == 0 {
             name(&mut culprits.nonorientable_components, number);
@@ -305,7 +339,8 @@ fn name(list: &mut Vec<u64>, number: u64) {
 }
 
 /// Keeps the list of the largest, larger ones first, smaller numbers first among equals.
-fn keep_largest(largest: &mut Vec<Component>, number: u64, row: &ComponentRow) {
+fn keep_largest(largest: &mut Vec<Component>, number: u64, whole: &Row) {
+    let row = &whole.base;
     let triangles = row.triangles;
     let at = largest.partition_point(|c| c.triangles >= triangles);
     if at >= LARGEST {
@@ -323,6 +358,14 @@ fn keep_largest(largest: &mut Vec<Component>, number: u64, row: &ComponentRow) {
             orientable: row.orientable == 1,
             volume: known(row.six_volume / 6.0),
             area: known(row.area),
+            measures: whole.measures.map(|m| Measured {
+                vertices: m.vertices,
+                fans: m.fans,
+                border_loops: m.border_loops,
+                euler: m.euler,
+                genus: m.genus,
+                is_smesh: m.is_smesh == 1,
+            }),
         },
     );
 }
@@ -330,15 +373,19 @@ fn keep_largest(largest: &mut Vec<Component>, number: u64, row: &ComponentRow) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::folder::ComponentRow;
     use bytemuck::Zeroable;
 
     #[test]
     fn the_largest_are_kept_in_order() {
         let mut largest = Vec::new();
         for (number, triangles) in [3u64, 9, 4, 9, 1, 7, 7, 7, 7, 8, 2].into_iter().enumerate() {
-            let row = ComponentRow {
-                triangles,
-                ..ComponentRow::zeroed()
+            let row = Row {
+                base: ComponentRow {
+                    triangles,
+                    ..ComponentRow::zeroed()
+                },
+                measures: None,
             };
             keep_largest(&mut largest, number as u64, &row);
         }
