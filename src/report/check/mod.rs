@@ -8,124 +8,16 @@
 //! components failed; the first rows of a list of culprits; G, up to the first few vertices that
 //! are not finite, when there are any.
 
-use super::{NAMED, first_edges, first_ids};
-use crate::disk::DataFile;
+mod culprits;
+mod requirement;
+
+pub use requirement::Requirement;
+
 use crate::error::{Error, Result};
-use crate::folder::npy::DATA_START;
-use crate::folder::{self, ComponentMeasures, ComponentRow, Folder, Measures, Orient, Rows};
-use crate::table::array::Coords;
+use crate::folder::{self, ComponentMeasures, ComponentRow, Folder, Measures, Orient};
+use culprits::{components, edges, ids, nonfinite};
+use requirement::Requirement::*;
 use serde::Serialize;
-
-/// Something that a mesh shall be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Requirement {
-    /// There is a component, and in each every corner has an opposite.
-    Closed,
-    /// There is a component, and each is watertight.
-    Watertight,
-    /// No edge has three corners or more, no vertex more than one fan.
-    Manifold,
-    /// No edge has three corners or more.
-    ManifoldEdges,
-    /// No edge has one corner alone.
-    NoBorders,
-    /// Triangles agree across every edge between two: each component can be oriented, and is.
-    Oriented,
-    /// There is a component, and each was oriented by the sign of its volume.
-    Outward,
-    /// There is one component.
-    Single,
-    /// There is a component, and each is a simple mesh.
-    SMesh,
-    /// No triangle has the vertices of another.
-    NoDuplicates,
-    /// No triangle has a vertex twice.
-    NoDegenerates,
-    /// Every vertex is in some triangle.
-    NoUnreferenced,
-    /// Every coordinate is finite.
-    Finite,
-    /// There are so many components.
-    Components(u64),
-    /// There is a component, and each has this genus.
-    Genus(u64),
-    /// There are so many border loops in all.
-    BorderLoops(u64),
-}
-
-use Requirement::*;
-
-/// The requirements without a number, by name.
-const PLAIN: [(&str, Requirement); 13] = [
-    ("closed", Closed),
-    ("watertight", Watertight),
-    ("manifold", Manifold),
-    ("manifold-edges", ManifoldEdges),
-    ("no-borders", NoBorders),
-    ("oriented", Oriented),
-    ("outward", Outward),
-    ("single", Single),
-    ("smesh", SMesh),
-    ("no-duplicates", NoDuplicates),
-    ("no-degenerates", NoDegenerates),
-    ("no-unreferenced", NoUnreferenced),
-    ("finite", Finite),
-];
-
-/// A requirement made of a number.
-type Made = fn(u64) -> Requirement;
-
-/// Those with one.
-const COUNTED: [(&str, Made); 3] = [
-    ("components", Components),
-    ("genus", Genus),
-    ("border-loops", BorderLoops),
-];
-
-impl Requirement {
-    /// The requirement that a text names: `closed`, `components=3`.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] that lists what there is.
-    pub fn parse(text: &str) -> Result<Requirement> {
-        let plain = PLAIN.iter().find(|(name, _)| *name == text);
-        if let Some((_, requirement)) = plain {
-            return Ok(*requirement);
-        }
-        let counted = text.split_once('=').and_then(|(name, number)| {
-            let (_, made) = COUNTED.iter().find(|(known, _)| *known == name)?;
-            Some(made(number.parse().ok()?))
-        });
-        counted.ok_or_else(|| {
-            let plain = PLAIN.iter().map(|(name, _)| (*name).to_owned());
-            let counted = COUNTED.iter().map(|(name, _)| format!("{name}=N"));
-            let all: Vec<String> = plain.chain(counted).collect();
-            Error::Usage(format!(
-                "unknown requirement '{text}'; there are {}",
-                all.join(", ")
-            ))
-        })
-    }
-
-    /// Its name, as [`parse`](Requirement::parse) takes it.
-    pub fn name(self) -> String {
-        let plain = PLAIN.iter().find(|(_, r)| *r == self);
-        match (self, plain) {
-            (Components(n), _) => format!("components={n}"),
-            (Genus(n), _) => format!("genus={n}"),
-            (BorderLoops(n), _) => format!("border-loops={n}"),
-            (_, plain) => plain.map_or(String::new(), |(name, _)| (*name).to_owned()),
-        }
-    }
-
-    /// True when only a measured folder tells.
-    fn measured(self) -> bool {
-        matches!(
-            self,
-            Manifold | SMesh | NoDuplicates | Genus(_) | BorderLoops(_)
-        )
-    }
-}
 
 /// The verdict on a folder, as `check --json` prints it.
 #[derive(Clone, Debug, Serialize)]
@@ -349,70 +241,6 @@ fn each_counted(
     Ok((figure, culprits))
 }
 
-/// The components that are not good, when there are some.
-fn components(
-    folder: &Folder,
-    some: bool,
-    is_good: impl Fn(&ComponentRow, Option<&ComponentMeasures>) -> bool,
-) -> Result<Vec<Culprit>> {
-    let (mut first, mut total) = (Vec::new(), 0);
-    if some {
-        Rows::open(folder)?.each(|number, row| {
-            if !is_good(&row.base, row.measures.as_ref()) {
-                total += 1;
-                if first.len() < NAMED {
-                    first.push(vec![number]);
-                }
-            }
-            Ok(())
-        })?;
-    }
-    Ok(culprit("component", total, first, folder::COMPONENTS))
-}
-
-/// A list of culprits, unless it is empty.
-fn culprit(
-    kind: &'static str,
-    total: u64,
-    first: Vec<Vec<u64>>,
-    file: &'static str,
-) -> Vec<Culprit> {
-    let some = (total > 0).then_some(Culprit {
-        kind,
-        total,
-        first,
-        file,
-    });
-    some.into_iter().collect()
-}
-
-fn edges(folder: &Folder, total: u64) -> Result<Vec<Culprit>> {
-    if total == 0 {
-        return Ok(vec![]);
-    }
-    let first = first_edges(folder)?
-        .iter()
-        .map(|e| vec![e.lo, e.hi])
-        .collect();
-    Ok(culprit("edge", total, first, folder::NONMANIFOLD_EDGES))
-}
-
-fn ids(
-    folder: &Folder,
-    file: &'static str,
-    kind: &'static str,
-    total: u64,
-) -> Result<Vec<Culprit>> {
-    if total == 0 {
-        return Ok(vec![]);
-    }
-    let first = first_ids(folder, file)?
-        .into_iter()
-        .map(|id| vec![id])
-        .collect();
-    Ok(culprit(kind, total, first, file))
-}
-
 fn manifold(folder: &Folder, vertices: u64) -> Result<Found> {
     let total = folder.manifest().counts.nonmanifold_edges;
     let mut culprits = edges(folder, total)?;
@@ -444,32 +272,4 @@ fn oriented(folder: &Folder) -> Result<Found> {
         figure += &format!(", {edges} whose triangles disagree (built with --orient keep)");
     }
     Ok((figure, culprits))
-}
-
-/// The first vertices with a coordinate that is not finite: no list has them, so G is read.
-fn nonfinite(folder: &Folder, total: u64) -> Result<Vec<Culprit>> {
-    const STEP: u64 = 2048;
-    let mut first = Vec::new();
-    if let (true, Some(kind)) = (total > 0, Coords::of(folder)?) {
-        let (file, row) = (folder.file(folder::G)?, kind.row_bytes());
-        let vertices = folder.manifest().counts.vertices;
-        let mut bytes = vec![0; STEP as usize * row];
-        for from in (0..vertices).step_by(STEP as usize) {
-            let count = STEP.min(vertices - from) as usize;
-            read_rows(&file, &mut bytes[..count * row], from, row)?;
-            for i in 0..count {
-                if first.len() < NAMED && kind.row(&bytes, i).iter().any(|x| !x.is_finite()) {
-                    first.push(vec![from + i as u64]);
-                }
-            }
-            if first.len() as u64 == total.min(NAMED as u64) {
-                break;
-            }
-        }
-    }
-    Ok(culprit("vertex", total, first, folder::G))
-}
-
-fn read_rows(file: &DataFile, bytes: &mut [u8], from: u64, row: usize) -> Result<()> {
-    file.read_at(bytes, DATA_START + from * row as u64)
 }
