@@ -91,6 +91,7 @@ pub mod report;
 pub mod shuffle;
 pub mod table;
 pub mod verify;
+pub mod walk;
 
 pub use error::{BadInput, Error, Result};
 pub use table::CornerTable;

@@ -10,7 +10,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-const COMMANDS: [&str; 4] = ["build", "info", "verify", "export"];
+const COMMANDS: [&str; 7] = [
+    "build", "check", "info", "verify", "export", "path", "swirl",
+];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

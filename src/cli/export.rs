@@ -42,8 +42,9 @@ pub struct ExportArgs {
     work: WorkArgs,
 }
 
+/// A format by name.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum FormatArg {
+pub(super) enum FormatArg {
     /// Stanford PLY
     Ply,
     /// STL, binary
@@ -56,24 +57,34 @@ enum FormatArg {
     Npy,
 }
 
+impl FormatArg {
+    /// The format asked for, or else the one that the file name ends in.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when neither says.
+    pub(super) fn of(asked: Option<FormatArg>, output: &Path) -> Result<Format> {
+        Ok(match asked {
+            Some(FormatArg::Ply) => Format::Ply,
+            Some(FormatArg::Stl) => Format::Stl,
+            Some(FormatArg::Obj) => Format::Obj,
+            Some(FormatArg::Off) => Format::Off,
+            Some(FormatArg::Npy) => Format::Npy,
+            None => Format::of(output).ok_or_else(|| {
+                Error::Usage(format!(
+                    "{} does not end in ply, stl, obj, off or npy; give --format",
+                    output.display()
+                ))
+            })?,
+        })
+    }
+}
+
 /// Runs `export`.
 ///
 /// # Errors
 /// Those of [`export`].
 pub(super) fn run(args: &ExportArgs) -> Result<Outcome> {
-    let format = match args.format {
-        Some(FormatArg::Ply) => Format::Ply,
-        Some(FormatArg::Stl) => Format::Stl,
-        Some(FormatArg::Obj) => Format::Obj,
-        Some(FormatArg::Off) => Format::Off,
-        Some(FormatArg::Npy) => Format::Npy,
-        None => Format::of(&args.output).ok_or_else(|| {
-            Error::Usage(format!(
-                "{} does not end in ply, stl, obj, off or npy; give --format",
-                args.output.display()
-            ))
-        })?,
-    };
+    let format = FormatArg::of(args.format, &args.output)?;
     let request = ExportRequest {
         format,
         target: args.output.clone(),

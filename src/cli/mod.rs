@@ -4,10 +4,14 @@
 //! 2 usage, 3 bad input, 4 I/O or disk full, 5 budget too small, 70 internal error.
 
 mod build;
+mod check;
 mod export;
 mod info;
+mod path;
+mod pieces;
 mod progress;
 mod size;
+mod swirl;
 mod verify;
 mod work;
 
@@ -28,10 +32,16 @@ struct Cli {
 enum Command {
     /// Build a mesh folder from a mesh file
     Build(Box<build::BuildArgs>),
+    /// Hold a mesh folder to requirements: closed, manifold, oriented and more
+    Check(check::CheckArgs),
     /// Say what a mesh folder holds, from its manifest
     Info(info::InfoArgs),
     /// Write a mesh folder, or chosen components of it, as PLY, STL, OBJ, OFF or .npy
     Export(export::ExportArgs),
+    /// Find the shortest path of triangles between two corners
+    Path(path::PathArgs),
+    /// List the triangles of a component in swirl order, with the letters of Edgebreaker
+    Swirl(swirl::SwirlArgs),
     /// Check a mesh folder fully and independently
     Verify(verify::VerifyArgs),
 }
@@ -58,8 +68,11 @@ pub fn run() -> ExitCode {
     };
     let command = || match &cli.command {
         Command::Build(args) => build::run(args),
+        Command::Check(args) => check::run(args),
         Command::Export(args) => export::run(args),
         Command::Info(args) => info::run(args),
+        Command::Path(args) => path::run(args),
+        Command::Swirl(args) => swirl::run(args),
         Command::Verify(args) => verify::run(args),
     };
     // A panic is a fault of this program; its message was printed where it happened.

@@ -29,6 +29,7 @@ mod ply;
 mod select;
 mod sink;
 mod stl;
+mod strip;
 mod used;
 
 use crate::disk::Workspace;
@@ -40,6 +41,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 pub use job::least_memory;
+pub use strip::Strip;
 
 /// A file format to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,11 +125,6 @@ impl ExportRequest {
         self.component.is_some() || self.largest.is_some() || self.min_triangles.is_some()
     }
 
-    /// True when vertices are numbered anew.
-    fn renumbers(&self) -> bool {
-        self.selects() && self.format != Format::Stl
-    }
-
     /// What makes no sense is refused before anything is read.
     fn check(&self, folder: &Folder) -> Result<()> {
         let refuse = |what: &str| Err(Error::Usage(what.into()));
@@ -202,6 +199,36 @@ pub fn export(ws: &Workspace, folder: &Folder, request: &ExportRequest) -> Resul
     if request.target.as_os_str() == "-" {
         return export_to(ws, folder, request, &mut std::io::stdout().lock());
     }
+    export_file(ws, folder, request, None)
+}
+
+/// As [`export`], of these triangles alone, in their order; the request selects nothing, and the
+/// target is a file.
+///
+/// # Errors
+/// As [`export`], and those of the strip.
+pub fn export_strip<'a>(
+    ws: &'a Workspace,
+    folder: &'a Folder,
+    request: &'a ExportRequest,
+    strip: &'a mut (dyn Strip + 'a),
+) -> Result<ExportCount> {
+    if request.selects() || request.input_orientation || request.target.as_os_str() == "-" {
+        return Err(Error::Usage(
+            "listed triangles are written to a file, as the folder has them; \
+             leave out the selection of components and --input-orientation"
+                .into(),
+        ));
+    }
+    export_file(ws, folder, request, Some(strip))
+}
+
+fn export_file<'a>(
+    ws: &'a Workspace,
+    folder: &'a Folder,
+    request: &'a ExportRequest,
+    strip: Option<&'a mut (dyn Strip + 'a)>,
+) -> Result<ExportCount> {
     request.check(folder)?;
     let mut target = Target::create(folder, &request.target, request.force)?;
     let mut beside = None;
@@ -209,7 +236,7 @@ pub fn export(ws: &Workspace, folder: &Folder, request: &ExportRequest) -> Resul
         let path = npy::path_of_g(&request.target);
         beside = Some(Target::create(folder, &path, request.force)?);
     }
-    let mut job = Job::start(ws, folder, request)?;
+    let mut job = Job::start(ws, folder, request, strip)?;
     let mut bytes = 0;
     let mut files = Vec::new();
     // G before V: where NAME.npy is, its coordinates are complete too.
@@ -243,7 +270,7 @@ pub fn export_to(
             "npy is written as files, NAME.npy and NAME.G.npy; give a name instead of -".into(),
         ));
     }
-    let mut job = Job::start(ws, folder, request)?;
+    let mut job = Job::start(ws, folder, request, None)?;
     let mut sink = Sink::new(out, request.target.clone(), &ws.io);
     job.write(&mut sink)?;
     let bytes = sink.finish()?;

@@ -36,6 +36,13 @@ impl Used {
         self.marks[(v / 64) as usize] >> (v % 64) & 1 == 1
     }
 
+    /// True when some vertex from `from` to before `to` is marked.
+    pub(super) fn any(&self, from: u64, to: u64) -> bool {
+        let words = &self.marks[(from / 64) as usize..to.div_ceil(64) as usize];
+        let near = words.iter().any(|&w| w != 0);
+        near && (from..to).any(|v| self.has(v))
+    }
+
     /// Counts the marks, after the last of them; returns how many there are.
     pub(super) fn seal(&mut self) -> u64 {
         let mut sum = 0;
@@ -72,6 +79,9 @@ mod tests {
                 assert_eq!(used.has(v), wanted(v));
                 let before = (0..v).filter(|&u| wanted(u)).count() as u64;
                 assert_eq!(used.rank(v), before, "{v} of {n}");
+                for to in [v + 1, v + 2, v + 70].map(|to| to.min(n)) {
+                    assert_eq!(used.any(v, to), (v..to).any(wanted), "{v} to {to}");
+                }
             }
             let held = 8 * (used.marks.len() + used.before.len());
             assert_eq!(Used::bytes(n), held as u64);

@@ -18,6 +18,7 @@ pub mod npy;
 pub mod random;
 pub mod readers;
 pub mod run;
+pub mod schema;
 pub mod space;
 pub mod stars;
 pub mod surfaces;
