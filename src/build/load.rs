@@ -176,10 +176,19 @@ impl Load {
         ]
     }
 
-    /// Parts of fans: two at each edge between chunks, at the vertex it begins with; all corners in
-    /// the worst order.
+    /// True when nothing is settled in chunks.
+    fn scattered(&self) -> bool {
+        self.spilled == 3 * self.shape.triangles
+    }
+
+    /// Parts of fans: all corners in the worst order; else one on either side of each vertex
+    /// between strips, which are taken to be twice as long as they are for the edges there.
     fn parts(&self) -> u64 {
-        self.spilled
+        if self.scattered() {
+            self.spilled
+        } else {
+            self.spilled / 2
+        }
     }
 
     /// Bytes of the parts, and of the triangles that may have twins.
@@ -188,8 +197,11 @@ impl Load {
             return 0;
         }
         let parts = size_of::<Part<u32>>() as u64 / 4 * self.width;
-        let inner = self.spilled == 3 * self.shape.triangles;
-        let candidates = if inner { self.shape.triangles } else { 0 };
+        let candidates = if self.scattered() {
+            self.shape.triangles
+        } else {
+            0
+        };
         self.parts() * parts + candidates * 4 * self.width
     }
 
