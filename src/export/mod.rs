@@ -33,9 +33,9 @@ mod used;
 
 use crate::disk::Workspace;
 use crate::error::{Error, Result};
-use crate::folder::{self, Folder};
+use crate::folder::{self, Folder, Target};
 use job::Job;
-use sink::{Sink, Target};
+use sink::Sink;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
