@@ -1,7 +1,6 @@
 //! Normals against brute force in f64, on the zoo and on random meshes, both ways; and the same
 //! bytes for every way, budget, number of threads, chunk size and width of ids.
 
-#[allow(dead_code)]
 mod common;
 #[path = "normals/naive.rs"]
 mod naive;
@@ -196,7 +195,34 @@ fn orders() -> Vec<Mesh> {
     let mut soup = surfaces::soup(8000).renamed("shuffled soup");
     soup.shuffle(&mut Random::new(4));
     let hub = surfaces::disk(30_000).renamed("a hub");
-    vec![coherent, shuffled, woven, soup, hub]
+    vec![coherent, shuffled, woven, soup, hub, uneven_hub()]
+}
+
+/// Triangles of very different sizes around one vertex: what their sum is depends on its order.
+fn uneven_hub() -> Mesh {
+    let mut random = Random::new(6);
+    let mut positions = vec![[0f32; 3]];
+    for _ in 0..12_000 {
+        let size = 2f32.powi(random.below(60) as i32 - 30);
+        positions.extend([0; 2].map(|_| [0; 3].map(|_| size * random.coordinate())));
+    }
+    // Each from both sides: what is left at the hub is nothing but what was rounded off.
+    let sides = |t: u32| [[0, 2 * t + 1, 2 * t + 2], [0, 2 * t + 2, 2 * t + 1]];
+    let mut triangles: Vec<[u32; 3]> = (0..12_000).flat_map(sides).collect();
+    random.shuffle(&mut triangles);
+    Mesh::new("a hub of uneven triangles", triangles, positions)
+}
+
+#[test]
+fn the_uneven_hub_tells_orders_apart() {
+    let home = Home::of(&uneven_hub(), &[]);
+    let folder = folder::Folder::read(&home.folder);
+    let other = naive::Expected::backward(&folder);
+    let apart = |a: [f64; 3], b: [f64; 3]| a.map(|x| x as f32) != b.map(|x| x as f32);
+    assert!(apart(
+        naive::expected(&folder).vertices[0],
+        other.vertices[0]
+    ));
 }
 
 #[test]

@@ -13,12 +13,26 @@ pub struct Expected {
 }
 
 pub fn expected(folder: &Folder) -> Expected {
+    let triangles = folder.v.shape[0];
+    sum(folder, 0..triangles)
+}
+
+impl Expected {
+    /// The same, added from the last triangle to the first: not what is to be computed.
+    pub fn backward(folder: &Folder) -> Expected {
+        let triangles = folder.v.shape[0];
+        sum(folder, (0..triangles).rev())
+    }
+}
+
+fn sum(folder: &Folder, order: impl Iterator<Item = usize>) -> Expected {
     let v: Vec<usize> = folder.v.ids().iter().map(|&id| id as usize).collect();
     let g = positions(folder);
     let mut sums = vec![[0f64; 3]; g.len()];
     let mut triangles = vec![[0f64; 3]; v.len() / 3];
     let mut nonfinite = 0;
-    for (t, corner) in v.chunks(3).enumerate() {
+    for t in order {
+        let corner = &v[3 * t..3 * t + 3];
         let [a, b, c] = [g[corner[0]], g[corner[1]], g[corner[2]]];
         if corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0] {
             continue;

@@ -10,14 +10,14 @@
 //! that is not finite adds nothing either, at none of its vertices, and is counted.
 //!
 //! **Two ways to the same bytes.**
-//! 1. [`ranges`]: all of G and the sums of a range of vertices for each thread are in memory;
+//! 1. `ranges`: all of G and the sums of a range of vertices for each thread are in memory;
 //!    each thread walks V from end to end and adds what concerns its range. Taken when G fits in
 //!    half of the budget.
-//! 2. [`chunks`]: V is cut into chunks of consecutive triangles. A vertex that one chunk alone names
+//! 2. `chunks`: V is cut into chunks of consecutive triangles. A vertex that one chunk alone names
 //!    is summed and written there. Corners at the others, the *seam vertices*, send their
-//!    triangle's cross product through the shuffle ([`stars`]), sorted by vertex and triangle. A
+//!    triangle's cross product through the shuffle (`stars`), sorted by vertex and triangle. A
 //!    chunk whose vertices lie far apart in G asks for their positions through the shuffle
-//!    first ([`asked`]).
+//!    first (`asked`).
 //!
 //! Both add a vertex's cross products in the same order, from the same zero.
 //!
