@@ -8,6 +8,7 @@ mod export;
 mod info;
 mod normals;
 mod progress;
+mod select;
 mod size;
 mod verify;
 mod work;
@@ -32,7 +33,7 @@ enum Command {
     /// Say what a mesh folder holds, from its manifest
     Info(info::InfoArgs),
     /// Write a mesh folder, or chosen components of it, as PLY, STL, OBJ, OFF or .npy
-    Export(export::ExportArgs),
+    Export(Box<export::ExportArgs>),
     /// Write the normals of vertices, and of triangles, beside a mesh folder
     Normals(normals::NormalsArgs),
     /// Check a mesh folder fully and independently

@@ -16,8 +16,8 @@ use std::path::PathBuf;
 
 /// The least budget in bytes with which a request on this folder is not refused.
 pub fn least_memory(folder: &Folder, request: &ExportRequest) -> u64 {
-    let chosen = select::bytes(folder, request);
-    let choosing = select::bytes_while_choosing(folder, request);
+    let chosen = select::bytes(folder, &request.selection);
+    let choosing = select::bytes_while_choosing(folder, &request.selection);
     chosen + choosing.max(used_bytes(folder, request) + buffers(request, MIN_STEP))
 }
 
@@ -79,7 +79,7 @@ impl<'a> Job<'a> {
                 have: ws.budget.limit(),
             });
         }
-        let chosen = select::choose(ws, folder, request)?;
+        let chosen = select::choose(ws, folder, &request.selection)?;
         let marks = used_bytes(folder, request);
         let mut step = MIN_STEP;
         let most = if request.format == Format::Stl {
