@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-const COMMANDS: [&str; 5] = ["build", "info", "verify", "export", "normals"];
+const COMMANDS: [&str; 6] = ["build", "info", "verify", "export", "filter", "normals"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

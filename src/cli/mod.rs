@@ -5,6 +5,7 @@
 
 mod build;
 mod export;
+mod filter;
 mod info;
 mod normals;
 mod progress;
@@ -34,6 +35,8 @@ enum Command {
     Info(info::InfoArgs),
     /// Write a mesh folder, or chosen components of it, as PLY, STL, OBJ, OFF or .npy
     Export(Box<export::ExportArgs>),
+    /// Make a mesh folder of chosen components of another
+    Filter(Box<filter::FilterArgs>),
     /// Write the normals of vertices, and of triangles, beside a mesh folder
     Normals(normals::NormalsArgs),
     /// Check a mesh folder fully and independently
@@ -63,6 +66,7 @@ pub fn run() -> ExitCode {
     let command = || match &cli.command {
         Command::Build(args) => build::run(args),
         Command::Export(args) => export::run(args),
+        Command::Filter(args) => filter::run(args),
         Command::Info(args) => info::run(args),
         Command::Normals(args) => normals::run(args),
         Command::Verify(args) => verify::run(args),

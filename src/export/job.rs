@@ -22,7 +22,7 @@ pub fn least_memory(folder: &Folder, request: &ExportRequest) -> u64 {
 }
 
 /// Fewest triangles or vertices in a block.
-const MIN_STEP: u64 = 1 << 10;
+pub(super) const MIN_STEP: u64 = 1 << 10;
 /// Most of them: beyond that a block of a format other than STL gains nothing.
 const MAX_STEP: u64 = 1 << 15;
 

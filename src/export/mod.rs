@@ -20,6 +20,7 @@
 //! reads all of G again and again: correct, and slow.
 
 mod faces;
+pub mod filter;
 mod gather;
 mod job;
 mod npy;

@@ -34,6 +34,16 @@ impl Chosen {
         self.marks.has(component)
     }
 
+    /// Makes ready for [`rank`](Chosen::rank).
+    pub(super) fn seal(&mut self) {
+        self.marks.seal();
+    }
+
+    /// Number of the chosen components before this one.
+    pub(super) fn rank(&self, component: u64) -> u64 {
+        self.marks.rank(component)
+    }
+
     fn add(&mut self, component: u64, triangles: u64) {
         self.marks.mark(component);
         self.count += 1;
