@@ -208,7 +208,7 @@ fn check(bench: &Bench, build: &[&str], choice: &Choice) -> bool {
         assert!(filtered.expect(2).stderr.contains("none of the"));
         return false;
     }
-    if joins(&folder, &choice.chosen) {
+    if build.contains(&"keep") && joins(&folder, &choice.chosen) {
         assert!(filtered.expect(2).stderr.contains("would keep two of its"));
         return false;
     }
@@ -271,6 +271,78 @@ fn random_meshes_and_selections() {
     assert!(made > 60, "only {made} selections were made");
 }
 
+#[test]
+fn budgets_and_threads_do_not_show() {
+    let bench = Bench::new(&common::bench::mixture(60));
+    let source = bench.build("source.ct", &[]);
+    let out = bench.path("out.ct");
+    for selection in ["--closed", "--open", "--largest=2", "--max-triangles=40"] {
+        let choice = Choice {
+            options: vec![selection.into()],
+            chosen: vec![],
+        };
+        let filter = |options: &[&str]| run("filter", &source, &out, options, &choice);
+        filter(&["--memory", "1GiB"]).expect(0);
+        let expected = files(&out);
+        for options in [
+            ["--memory=2MiB", "--threads=1"],
+            ["--memory=3MiB", "--threads=5"],
+        ] {
+            filter(&options).expect(0);
+            let what = format!("{selection} {options:?}");
+            common::bench::assert_same_files(&files(&out), &expected, &what);
+        }
+        // Refused by a budget too small for it, and what was there stays.
+        filter(&["--memory=64KiB"]).expect(5);
+        assert!(files(&out) == expected);
+    }
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let bench = Bench::new(&common::surfaces::octahedron());
+    let source = bench.build("source.ct", &[]);
+    let out = bench.path("out.ct");
+    for (option, code, words) in [
+        ("--component=1", 2, "no component 1"),
+        ("--component=2-1", 2, "lists no numbers"),
+        ("--largest=0", 2, "--largest 0"),
+        ("--open", 2, "none of the 1 components"),
+        ("--inside=0,0,0,1,1", 2, "is no box"),
+        ("--min-area=NaN", 2, "not a number"),
+        ("--threads=2", 2, "give a selection"),
+    ] {
+        let choice = Choice {
+            options: vec![option.into()],
+            chosen: vec![],
+        };
+        let said = run("filter", &source, &out, &[], &choice).expect(code);
+        assert!(said.stderr.contains(words), "no {words:?} in {said}");
+        assert!(!out.exists());
+    }
+    let v = bench.path("V.npy");
+    let alone = bench.path("alone.ct");
+    cornermill([
+        "build".as_ref(),
+        v.as_os_str(),
+        "-o".as_ref(),
+        alone.as_os_str(),
+    ])
+    .expect(0);
+    let choice = Choice {
+        options: vec!["--min-volume=1".into()],
+        chosen: vec![],
+    };
+    let said = run("filter", &alone, &out, &[], &choice).expect(2);
+    assert!(said.stderr.contains("no coordinates"), "{said}");
+    let closed = Choice {
+        options: vec!["--closed".into()],
+        chosen: vec![],
+    };
+    run("filter", &alone, &out, &[], &closed).expect(0);
+    cornermill(["verify".as_ref(), out.as_os_str()]).expect(0);
+}
+
 /// The whole zoo in one folder: many components, some far out, some not finite.
 #[test]
 fn the_zoo_in_one_folder() {
@@ -283,6 +355,6 @@ fn the_zoo_in_one_folder() {
     let mut shuffled = all.clone();
     shuffled.shuffle(&mut random);
     for mesh in [all, shuffled] {
-        assert!(check_mesh(&mesh, &[], 40, &mut random) > 3);
+        assert!(check_mesh(&mesh, &[], 60, &mut random) > 50);
     }
 }

@@ -1,13 +1,14 @@
 //! Chosen components of a folder as a folder of their own.
 //!
-//! What hangs together over regular edges stays so, thus opposites, labels and verdicts are those
-//! of the source, renumbered in the same order; nothing is paired or joined anew. What does
-//! change is found again:
+//! What hangs together over regular edges stays so, thus opposites and labels are those of the
+//! source, renumbered in the same order; nothing is paired anew. What does change is found again:
 //! - the grid of volumes lies over the box of the vertices that are left, so volumes and areas
 //!   are summed again, and where the sign of a volume is seen now, or no longer, the component is
 //!   oriented anew by the rules of `build`;
-//! - a non-manifold edge of which one corner is left becomes a border. Where two are left, they
-//!   would become opposite and perhaps join two components: that is refused, naming the edge.
+//! - a non-manifold edge of which one corner is left becomes a border; two that are left become
+//!   opposite and join their components. Such sets are oriented anew, or found not to be
+//!   orientable. (Under `--orient keep` the source does not say how triangles of a component
+//!   agree: there such a selection is refused, naming the edge.)
 //!
 //! Vertices that no chosen triangle names are left out, and so are degenerate triangles, which
 //! belong to no component. `map_triangle.npy` and `map_vertex.npy` hold the ids that triangles and
@@ -17,12 +18,13 @@
 //! Why numbers keep their order: a new id is the number of marks before the old one, and by the
 //! first triangles components keep theirs.
 //!
-//! Memory, all of it drawn from the budget: 9/64 byte a triangle and a vertex of the source, 3/8
-//! byte a chosen triangle, 150 bytes a chosen component, and fixed buffers. I/O: labels twice, V
-//! three times, O and the flips once, G twice, more often in random order (it is read block by
-//! block of triangles, in the order of use); everything chosen written once.
+//! Memory, all of it drawn from the budget: 17/64 byte a triangle and 9/64 a vertex of the source,
+//! 3/8 byte a chosen triangle, 320 bytes a chosen component, and fixed buffers. I/O: labels, flips
+//! and V three times, O once, G twice, more often in random order (it is read block by block of
+//! triangles, in the order of use); everything chosen written once.
 
 mod edges;
+mod sets;
 mod source;
 mod table;
 mod write;
@@ -63,6 +65,16 @@ struct Taken<'a> {
     chosen: &'a Chosen,
     triangles: Used,
     vertices: Used,
+    /// Bits of the source's triangles that are taken and were turned.
+    flips: Vec<u64>,
+}
+
+impl Taken<'_> {
+    /// True when a triangle that is taken was turned.
+    #[inline]
+    fn flipped(&self, t: u64) -> bool {
+        self.flips[(t / 64) as usize] >> (t % 64) & 1 == 1
+    }
 }
 
 /// Bytes for each triangle of a block: what is read, what is looked up, what is written.
@@ -88,7 +100,8 @@ pub fn filter(ws: &Workspace, folder: &Folder, request: &FilterRequest) -> Resul
     };
     chosen.seal();
     let counts = &folder.manifest().counts;
-    let marks = Used::bytes(counts.triangles) + Used::bytes(counts.vertices);
+    let flips = counts.triangles.div_ceil(64);
+    let marks = Used::bytes(counts.triangles) + Used::bytes(counts.vertices) + 8 * flips;
     let _marks = ws.budget.lease("marks of what is taken", marks)?;
     let mut step = MIN_STEP;
     while step < MAX_STEP && 2 * step * BYTES_PER_TRIANGLE <= ws.budget.free() / 4 {
@@ -102,6 +115,7 @@ pub fn filter(ws: &Workspace, folder: &Folder, request: &FilterRequest) -> Resul
         chosen: &chosen,
         triangles: Used::new(counts.triangles),
         vertices: Used::new(counts.vertices),
+        flips: vec![0; flips as usize],
     };
     let triangles = source.mark(&mut taken)?;
     if triangles != chosen.triangles {
@@ -141,7 +155,7 @@ struct Job<'a> {
 
 impl Job<'_> {
     fn run<I: Index>(self) -> Result<Manifest> {
-        let edges = edges::look(&self)?;
+        let edges = edges::settle(&self)?;
         let mut files = Vec::new();
         let mut bounds = Bounds::default();
         if let Some(g) = self.source.write_g(&self, &mut bounds)? {
@@ -158,7 +172,12 @@ impl Job<'_> {
             ..Counts::default()
         };
         files.push(table.write(&self, &mut counts)?);
-        files.extend(write::triangles::<I>(&self, &table, &mut counts)?);
+        files.extend(write::triangles::<I>(
+            &self,
+            &table,
+            &edges.links,
+            &mut counts,
+        )?);
         counts.distinct_edges = counts.regular_edges + counts.border_edges + edges.kept;
         files.extend(edges::write::<I>(&self, &table, &edges)?);
         files.push(write::vertices(&self)?);

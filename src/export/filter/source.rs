@@ -63,28 +63,40 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// Marks the triangles and vertices of the chosen components; returns the number of
-    /// triangles.
+    /// Marks the triangles and vertices of the chosen components, and what is turned; returns the
+    /// number of triangles.
     pub(super) fn mark(&self, taken: &mut Taken) -> Result<u64> {
-        let chosen = taken.chosen;
-        self.each(
-            "mark",
-            false,
-            |c| chosen.has(c),
-            |rows| {
-                for row in rows {
-                    taken.triangles.mark(row.t);
-                    row.v.iter().for_each(|&v| taken.vertices.mark(v));
-                }
-                Ok(())
-            },
-        )?;
-        Ok(taken.triangles.seal())
+        let Taken {
+            chosen,
+            triangles,
+            vertices,
+            flips,
+        } = taken;
+        let wanted = |component| chosen.has(component);
+        self.each_wanted("mark", false, wanted, |rows| {
+            for row in rows {
+                triangles.mark(row.t);
+                flips[(row.t / 64) as usize] |= u64::from(row.flipped) << (row.t % 64);
+                row.v.iter().for_each(|&v| vertices.mark(v));
+            }
+            Ok(())
+        })?;
+        Ok(triangles.seal())
     }
 
-    /// Hands the triangles of components that are wanted to `f`, block by block; with their
-    /// opposites when these are asked for.
+    /// Hands the triangles that are taken to `f`, block by block; with their opposites when these
+    /// are asked for.
     pub(super) fn each(
+        &self,
+        pass: &'static str,
+        opposites: bool,
+        taken: &Taken,
+        f: impl FnMut(&[Row]) -> Result<()>,
+    ) -> Result<()> {
+        self.each_wanted(pass, opposites, |c| taken.chosen.has(c), f)
+    }
+
+    fn each_wanted(
         &self,
         pass: &'static str,
         opposites: bool,
@@ -120,7 +132,9 @@ impl<'a> Source<'a> {
         let (labels, rest) = bytes.split_at_mut(n * w);
         let (v, rest) = rest.split_at_mut(3 * n * w);
         let (o, rest) = rest.split_at_mut(3 * n * w);
-        let flips = &mut rest[..n.div_ceil(8)];
+        // A block begins with a byte of flips, one triangle with a bit of one.
+        let lead = (from % 8) as usize;
+        let flips = &mut rest[..(lead + n).div_ceil(8)];
         let at = |columns: u64| DATA_START + from * columns * w as u64;
         self.labels.read_at(labels, at(1))?;
         self.v.read_at(v, at(3))?;
@@ -158,19 +172,20 @@ impl<'a> Source<'a> {
                 v: row,
                 o: o3,
                 component,
-                flipped: flips[i / 8] >> (i % 8) & 1 == 1,
+                flipped: flips[(lead + i) / 8] >> ((lead + i) % 8) & 1 == 1,
             });
         }
         Ok(())
     }
 
-    fn bound(&self, name: &str, triangle: u64, found: u64, end: u64) -> Result<()> {
+    /// Holds an id, of a row of an array, to its bound.
+    pub(super) fn bound(&self, name: &str, row: u64, found: u64, end: u64) -> Result<()> {
         if found < end {
             return Ok(());
         }
         Err(self.damaged(
             name,
-            format!("triangle {triangle}"),
+            format!("row {row}"),
             format!("an id below {end}"),
             found.to_string(),
         ))
@@ -193,22 +208,19 @@ impl<'a> Source<'a> {
         )
     }
 
-    /// The component of one triangle.
-    pub(super) fn label(&self, t: u64) -> Result<u64> {
-        let (w, counts) = (self.width.bytes(), &self.folder.manifest().counts);
-        let mut item = [0; 8];
-        let at = DATA_START + t * w as u64;
-        self.labels.read_at(&mut item[..w], at)?;
-        let label = self.width.get(&item[..w], 0);
-        self.bound(folder::COMPONENT, t, label, counts.components)?;
-        Ok(label)
-    }
-
-    /// True when one triangle's orientation differs from the input's.
-    pub(super) fn flipped(&self, t: u64) -> Result<bool> {
-        let mut byte = [0];
-        self.flips.read_at(&mut byte, DATA_START + t / 8)?;
-        Ok(byte[0] >> (t % 8) & 1 == 1)
+    /// One triangle that is taken, without its opposites.
+    pub(super) fn one(&self, t: u64) -> Result<Row> {
+        let mut rows = Vec::with_capacity(1);
+        self.read(t, 1, false, &|_| true, &mut rows)?;
+        rows.pop().ok_or_else(|| {
+            let expected = "a component".to_owned();
+            self.damaged(
+                folder::COMPONENT,
+                format!("triangle {t}"),
+                expected,
+                "none".into(),
+            )
+        })
     }
 
     /// Hands ids from one of the lists to `each`, in order.

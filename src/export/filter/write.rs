@@ -2,7 +2,7 @@
 //!
 //! Why inconsistent edges are counted on the way: of two opposite corners the later one comes when
 //! the direction of the earlier is known; they disagreed in the input when both ran along their
-//! edge the same way.
+//! edge the same way. Corners that have become opposite are put in at the end.
 //!
 //! Memory: a block, and 3 bits a chosen triangle. I/O: V, O, labels and flips read once; V, O,
 //! labels, flips and both maps written once.
@@ -18,6 +18,7 @@ use crate::folder::{self, Counts};
 pub(super) fn triangles<I: Index>(
     job: &Job,
     table: &Table,
+    links: &[[u64; 2]],
     counts: &mut Counts,
 ) -> Result<Vec<OutArray>> {
     let (t, id) = (job.triangles, I::BYTES as u64);
@@ -38,11 +39,8 @@ pub(super) fn triangles<I: Index>(
     let (chosen, triangles, vertices) =
         (job.taken.chosen, &job.taken.triangles, &job.taken.vertices);
     let mut bytes = 0;
-    job.source.each(
-        "write triangles",
-        true,
-        |c| chosen.has(c),
-        |rows| {
+    job.source
+        .each("write triangles", true, &job.taken, |rows| {
             v.clear();
             o.clear();
             labels.clear();
@@ -50,14 +48,17 @@ pub(super) fn triangles<I: Index>(
             flips.clear();
             let first = done;
             for row in rows {
-                let component = chosen.rank(row.component);
-                let turn = table.flips(component);
+                let own = chosen.rank(row.component);
+                let (component, turn) = table.place(own, row.flipped);
                 let flipped = row.flipped ^ turn;
                 let mut vs = row.v.map(|v| vertices.rank(v));
                 let mut os = row.o.map(|o| match o {
                     u64::MAX => u64::MAX,
-                    // Opposites lie in one component, so they turn together.
-                    o => 3 * triangles.rank(o / 3) + flip_k((o % 3) as usize, turn) as u64,
+                    o => {
+                        // Opposites lie in one component.
+                        let turn = table.place(own, job.taken.flipped(o / 3)).1;
+                        3 * triangles.rank(o / 3) + flip_k((o % 3) as usize, turn) as u64
+                    }
                 });
                 if turn {
                     vs.swap(1, 2);
@@ -91,8 +92,15 @@ pub(super) fn triangles<I: Index>(
             of_flips.write(bytes, &flips)?;
             bytes += flips.len() as u64;
             Ok(())
-        },
-    )?;
+        })?;
+    let is_down = |c: u64| down[(c / 64) as usize] >> (c % 64) & 1 == 1;
+    for [a, b] in links {
+        let (a, b) = (table.corner(job, *a)?, table.corner(job, *b)?);
+        out[1].write(a, &[I::of(b)])?;
+        out[1].write(b, &[I::of(a)])?;
+        counts.regular_edges += 1;
+        counts.inconsistent_edges += u64::from(is_down(a) == is_down(b));
+    }
     Ok(out.into())
 }
 
