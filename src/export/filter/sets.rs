@@ -122,7 +122,7 @@ mod tests {
             let mut sets = Sets::new(n);
             links
                 .iter()
-                .for_each(|&(a, b, parity)| drop(sets.join(a, b, parity)));
+                .for_each(|&(a, b, parity)| _ = sets.join(a, b, parity));
             sets.seal();
             // The least component that is reached, and how.
             let mut least: Vec<(u64, bool)> = (0..n).map(|c| (c, false)).collect();
