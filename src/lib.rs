@@ -87,6 +87,7 @@ mod error;
 pub mod export;
 pub mod folder;
 pub mod input;
+pub mod measure;
 pub mod report;
 pub mod shuffle;
 pub mod table;

@@ -10,8 +10,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-const COMMANDS: [&str; 7] = [
-    "build", "check", "info", "verify", "export", "path", "swirl",
+const COMMANDS: [&str; 9] = [
+    "build", "check", "info", "verify", "export", "filter", "normals", "path", "swirl",
 ];
 
 fn root() -> &'static Path {

@@ -51,7 +51,7 @@ pub use phases::Phase;
 pub use pipeline::{BuildReport, PassReport};
 pub use plan::Strategy;
 pub use predict::Prediction;
-pub use staging::parent;
+pub use staging::{Staging, parent};
 
 use self::graph::contract::Size;
 use self::graph::labels::{Labels, labels_of};

@@ -1,5 +1,6 @@
 //! `cornermill export`: a folder, or chosen components of it, to another format.
 
+use super::select::SelectArgs;
 use super::work::WorkArgs;
 use super::{Outcome, print};
 use crate::build::parent;
@@ -23,15 +24,8 @@ pub struct ExportArgs {
     /// PLY as text
     #[arg(long)]
     ascii: bool,
-    /// Only this component
-    #[arg(long, value_name = "N")]
-    component: Option<u64>,
-    /// Only the K components with the most triangles
-    #[arg(long, value_name = "K")]
-    largest: Option<u64>,
-    /// Only components of at least N triangles
-    #[arg(long, value_name = "N")]
-    min_triangles: Option<u64>,
+    #[command(flatten)]
+    select: SelectArgs,
     /// Undo the flips: every triangle as the input had it
     #[arg(long)]
     input_orientation: bool,
@@ -89,9 +83,7 @@ pub(super) fn run(args: &ExportArgs) -> Result<Outcome> {
         format,
         target: args.output.clone(),
         ascii: args.ascii,
-        component: args.component,
-        largest: args.largest,
-        min_triangles: args.min_triangles,
+        selection: args.select.selection(),
         input_orientation: args.input_orientation,
         force: args.force,
     };

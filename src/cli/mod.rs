@@ -6,10 +6,13 @@
 mod build;
 mod check;
 mod export;
+mod filter;
 mod info;
+mod normals;
 mod path;
 mod pieces;
 mod progress;
+mod select;
 mod size;
 mod swirl;
 mod verify;
@@ -37,11 +40,15 @@ enum Command {
     /// Say what a mesh folder holds, from its manifest
     Info(info::InfoArgs),
     /// Write a mesh folder, or chosen components of it, as PLY, STL, OBJ, OFF or .npy
-    Export(export::ExportArgs),
+    Export(Box<export::ExportArgs>),
     /// Find the shortest path of triangles between two corners
     Path(path::PathArgs),
     /// List the triangles of a component in swirl order, with the letters of Edgebreaker
     Swirl(swirl::SwirlArgs),
+    /// Make a mesh folder of chosen components of another
+    Filter(Box<filter::FilterArgs>),
+    /// Write the normals of vertices, and of triangles, beside a mesh folder
+    Normals(normals::NormalsArgs),
     /// Check a mesh folder fully and independently
     Verify(verify::VerifyArgs),
 }
@@ -70,9 +77,11 @@ pub fn run() -> ExitCode {
         Command::Build(args) => build::run(args),
         Command::Check(args) => check::run(args),
         Command::Export(args) => export::run(args),
+        Command::Filter(args) => filter::run(args),
         Command::Info(args) => info::run(args),
         Command::Path(args) => path::run(args),
         Command::Swirl(args) => swirl::run(args),
+        Command::Normals(args) => normals::run(args),
         Command::Verify(args) => verify::run(args),
     };
     // A panic is a fault of this program; its message was printed where it happened.

@@ -22,13 +22,13 @@ pub fn least_memory(folder: &Folder, request: &ExportRequest) -> u64 {
 
 /// The same; `part` when not all triangles are written.
 fn least(folder: &Folder, request: &ExportRequest, part: bool) -> u64 {
-    let chosen = select::bytes(folder, request);
-    let choosing = select::bytes_while_choosing(folder, request);
+    let chosen = select::bytes(folder, &request.selection);
+    let choosing = select::bytes_while_choosing(folder, &request.selection);
     chosen + choosing.max(used_bytes(folder, request, part) + buffers(request, MIN_STEP))
 }
 
 /// Fewest triangles or vertices in a block.
-const MIN_STEP: u64 = 1 << 10;
+pub(super) const MIN_STEP: u64 = 1 << 10;
 /// Most of them: beyond that a block of a format other than STL gains nothing.
 const MAX_STEP: u64 = 1 << 15;
 
@@ -90,7 +90,7 @@ impl<'a> Job<'a> {
                 have: ws.budget.limit(),
             });
         }
-        let chosen = select::choose(ws, folder, request)?;
+        let chosen = select::choose(ws, folder, &request.selection)?;
         let marks = used_bytes(folder, request, part);
         let mut step = MIN_STEP;
         let most = if request.format == Format::Stl {
