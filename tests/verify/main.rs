@@ -2,6 +2,7 @@
 //! and at the right id, each way in which such a folder can be wrong.
 
 mod breaks;
+mod built;
 mod files;
 mod lists;
 mod measures;

@@ -28,7 +28,7 @@ fn tight_with(parts: &Parts, change: impl FnOnce(&mut Manifest)) -> Verdict {
 
 /// Everything that measures tell apart: two tetrahedra at one vertex, a torus, a strip with
 /// holes and a degenerate triangle, a Moebius strip, doubled triangles, a vertex without any.
-fn medley() -> Soup {
+pub fn medley() -> Soup {
     let mut soup = meshes::two_at_a_vertex();
     for other in [
         meshes::torus(5, 4),
