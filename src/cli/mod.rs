@@ -6,6 +6,7 @@
 mod build;
 mod export;
 mod info;
+mod picture;
 mod progress;
 mod size;
 mod verify;
@@ -32,6 +33,8 @@ enum Command {
     Info(info::InfoArgs),
     /// Write a mesh folder, or chosen components of it, as PLY, STL, OBJ, OFF or .npy
     Export(export::ExportArgs),
+    /// Draw a mesh folder as a PNG
+    Picture(picture::PictureArgs),
     /// Check a mesh folder fully and independently
     Verify(verify::VerifyArgs),
 }
@@ -60,6 +63,7 @@ pub fn run() -> ExitCode {
         Command::Build(args) => build::run(args),
         Command::Export(args) => export::run(args),
         Command::Info(args) => info::run(args),
+        Command::Picture(args) => picture::run(args),
         Command::Verify(args) => verify::run(args),
     };
     // A panic is a fault of this program; its message was printed where it happened.

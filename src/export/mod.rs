@@ -31,11 +31,11 @@ mod sink;
 mod stl;
 mod used;
 
-use crate::disk::Workspace;
+use crate::disk::{Target, Workspace};
 use crate::error::{Error, Result};
 use crate::folder::{self, Folder};
 use job::Job;
-use sink::{Sink, Target};
+use sink::Sink;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -203,11 +203,11 @@ pub fn export(ws: &Workspace, folder: &Folder, request: &ExportRequest) -> Resul
         return export_to(ws, folder, request, &mut std::io::stdout().lock());
     }
     request.check(folder)?;
-    let mut target = Target::create(folder, &request.target, request.force)?;
+    let mut target = Target::create(folder.path(), &request.target, request.force)?;
     let mut beside = None;
     if request.format == Format::Npy && folder.has(folder::G) {
         let path = npy::path_of_g(&request.target);
-        beside = Some(Target::create(folder, &path, request.force)?);
+        beside = Some(Target::create(folder.path(), &path, request.force)?);
     }
     let mut job = Job::start(ws, folder, request)?;
     let mut bytes = 0;
