@@ -148,7 +148,7 @@ impl Palette {
         };
         let shade = |i: usize| {
             let facing = i as f64 / 255.0;
-            (0.16 + 0.84 * facing.powf(1.15)) as f32
+            (0.12 + 0.88 * facing.powf(1.3)) as f32
         };
         Palette {
             fronts: (0..TONES).map(front).collect(),

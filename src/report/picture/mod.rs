@@ -36,9 +36,8 @@ pub use view::{View, direction};
 
 use crate::disk::{Target, Workspace};
 use crate::error::{Error, Result};
-use crate::folder::{self, ComponentRow, Folder, npy::DATA_START};
+use crate::folder::{self, Folder, Rows};
 use crate::table::array;
-use bytemuck::Zeroable;
 use canvas::Canvas;
 use colour::Palette;
 use cuts::Cuts;
@@ -53,8 +52,6 @@ use view::{Bounds, Frame, Projection, Turn};
 pub const MOST_PIXELS: u32 = 8192;
 /// Half the width of a mark, in pixels.
 const MARK_RADIUS: f64 = 0.8;
-/// Rows of `components.npy` that are read at a time.
-const COMPONENT_STEP: u64 = 512;
 /// Vertices that are read at a time to find what the view shows.
 const FIT_STEP: u64 = 4 << 10;
 
@@ -295,33 +292,13 @@ impl<W: Write> Write for Counted<W> {
     }
 }
 
-/// Hands each row of `components.npy` to `f`.
-fn each_component(folder: &Folder, mut f: impl FnMut(&ComponentRow)) -> Result<()> {
-    let count = folder.manifest().counts.components;
-    let file = array::open(
-        folder,
-        folder::COMPONENTS,
-        folder::COMPONENT_DESCR,
-        &[count],
-    )?;
-    let size = size_of::<ComponentRow>() as u64;
-    let mut rows = vec![ComponentRow::zeroed(); COMPONENT_STEP as usize];
-    let mut from = 0;
-    while from < count {
-        let part = &mut rows[..COMPONENT_STEP.min(count - from) as usize];
-        file.read_at(bytemuck::cast_slice_mut(part), DATA_START + from * size)?;
-        part.iter().for_each(&mut f);
-        from += COMPONENT_STEP;
-    }
-    Ok(())
-}
-
 /// The bounding box of all that may be drawn.
 fn bounds(folder: &Folder) -> Result<Bounds> {
     let mut bounds = Bounds::NOTHING;
-    each_component(folder, |row| {
-        bounds.add(row.bbox_min);
-        bounds.add(row.bbox_max);
+    Rows::open(folder)?.each(|_, row| {
+        bounds.add(row.base.bbox_min);
+        bounds.add(row.base.bbox_max);
+        Ok(())
     })?;
     if bounds.is_finite() {
         return Ok(bounds);
@@ -398,7 +375,7 @@ fn tones(ws: &Workspace, folder: &Folder, source: &Source, by: ColorBy) -> Resul
         }
         ColorBy::Swirl => {
             let (tones, _lease) = swirl::tones(ws, folder, |f| {
-                each_component(folder, |row| f(row.first_triangle, row.triangles))
+                Rows::open(folder)?.each(|_, row| f(row.base.first_triangle, row.base.triangles))
             })?;
             Ok(ToneSource::Each { tones, _lease })
         }

@@ -38,7 +38,7 @@ pub(super) fn kept(folder: &Folder) -> u64 {
 pub(super) fn tones(
     ws: &Workspace,
     folder: &Folder,
-    mut components: impl FnMut(&mut dyn FnMut(u64, u64)) -> Result<()>,
+    mut components: impl FnMut(&mut dyn FnMut(u64, u64) -> Result<()>) -> Result<()>,
 ) -> Result<(Vec<u16>, Lease)> {
     let mut lease = ws.budget.lease("walking in swirl order", bytes(folder))?;
     let table = CornerTable::open(folder.path())?;
@@ -47,12 +47,13 @@ pub(super) fn tones(
     let mut tones = vec![0; triangles as usize];
     components(&mut |first, size| {
         let Some(start) = table.corner(3 * first) else {
-            return;
+            return Ok(());
         };
         for (place, t) in (0..).zip(table.swirl(start)) {
             tones[t.id() as usize] = swirl_tone(place, size);
         }
         ws.progress.advance(size);
+        Ok(())
     })?;
     ws.progress.end();
     lease.shrink(kept(folder));

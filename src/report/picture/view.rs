@@ -23,6 +23,9 @@ const MOST_DEPTH: f64 = (1u64 << 29) as f64;
 /// Part of the image that stays empty at each side.
 const MARGIN: f64 = 0.04;
 
+/// Where [`View::Iso`] is seen from: parts of right, front and up.
+const ISO: [f64; 3] = [0.8, 1.2, 0.7];
+
 /// Where the viewer stands, seen from the middle of the mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum View {
@@ -38,7 +41,8 @@ pub enum View {
     Top,
     /// Below.
     Bottom,
-    /// To the right, in front and above in equal parts.
+    /// In front, to the right and above, in unequal parts, so that the faces of a box differ in
+    /// shade.
     #[default]
     Iso,
     /// In this direction from the mesh.
@@ -122,7 +126,10 @@ impl Frame {
             View::Right => right,
             View::Top => up,
             View::Bottom => scaled(up, -1.0),
-            View::Iso => unit(add(add(right, front), up)).ok_or_else(none)?,
+            View::Iso => {
+                let side = add(scaled(right, ISO[0]), scaled(front, ISO[1]));
+                unit(add(side, scaled(up, ISO[2]))).ok_or_else(none)?
+            }
             View::From(from) => unit(from).ok_or_else(none)?,
         };
         // From straight above or below, the right hand stays where it was.
