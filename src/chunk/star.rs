@@ -21,8 +21,8 @@
 //! twins have the same vertex, so one regular edge tells, and a border tells that there is none;
 //! triangles without either are candidates that must be compared elsewhere.
 //!
-//! Memory: 8 bytes for each local vertex, half a byte for each triangle, 8 for each corner without
-//! opposite, [`Part`] for each fan of an open vertex. O(C) time.
+//! Memory: 8 bytes for each local vertex, two for each triangle, 8 for each corner without
+//! opposite. O(C) time.
 
 use super::pair::{BORDER, CUT, DEGENERATE, Pairs, SPECIAL};
 use super::swirl::NO_COMPONENT;
@@ -87,23 +87,44 @@ pub struct Settled<'a> {
     pub open: &'a [bool],
 }
 
+/// Who is told what was found. What hangs on open vertices, and what is rare, is handed out at
+/// once, so that it need not be held.
+pub trait Sink {
+    /// What may go wrong with it.
+    type Error;
+
+    /// A vertex that is not open has so many corners.
+    fn valence(&mut self, corners: u32);
+    /// A corner of a fan of a vertex that has several, and is not open.
+    ///
+    /// # Errors
+    /// The sink's own.
+    fn shared(&mut self, corner: u32) -> Result<(), Self::Error>;
+    /// A fan of an open vertex, or a part of one.
+    ///
+    /// # Errors
+    /// The sink's own.
+    fn part(&mut self, part: &Part) -> Result<(), Self::Error>;
+    /// Two triangles that are twins, and alone with each other.
+    ///
+    /// # Errors
+    /// The sink's own.
+    fn twins(&mut self, a: u32, b: u32) -> Result<(), Self::Error>;
+    /// A triangle that may have twins elsewhere, or several.
+    ///
+    /// # Errors
+    /// The sink's own.
+    fn candidate(&mut self, triangle: u32) -> Result<(), Self::Error>;
+}
+
 /// The stars of one chunk or cell. Reused from one to the next.
 #[derive(Debug, Default)]
 pub struct Stars {
-    /// By local component.
+    /// By local component: what is decided here.
     pub counts: Vec<StarCount>,
-    /// Fans of vertices that are open.
-    pub parts: Vec<Part>,
-    /// A corner of each fan of each vertex that has several, and is not open.
-    pub shared: Vec<u32>,
-    /// Pairs of twins that are alone with each other.
-    pub twins: Vec<[u32; 2]>,
-    /// Triangles that may have twins elsewhere, or several.
-    pub candidates: Vec<u32>,
     /// For each vertex number of corners in the high half, one of them in the low.
     heads: Vec<u64>,
     seen: Vec<u64>,
-    several: bool,
     chains: Chains,
 }
 
@@ -121,50 +142,66 @@ enum Step {
 }
 
 impl Stars {
-    /// Finds the stars of a chunk or cell of `components` local components; `valence` is told the
-    /// number of corners of each vertex that is not open.
-    pub fn settle(
+    /// Bytes for each local vertex.
+    pub const VERTEX_BYTES: u64 = 8;
+    /// Bytes for each triangle, at most.
+    pub const TRIANGLE_BYTES: u64 = 3 * 8 + 2;
+
+    /// Finds the stars of a chunk or cell of `components` local components.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn settle<S: Sink>(
         &mut self,
         of: &Settled,
         pairs: &Pairs,
         components: usize,
-        valence: &mut impl FnMut(u64),
-    ) {
+        sink: &mut S,
+    ) -> Result<(), S::Error> {
         self.counts.clear();
         self.counts.resize(components, StarCount::default());
-        self.parts.clear();
-        self.shared.clear();
-        self.list(of, &pairs.opposite);
-        self.twin(of.local, &pairs.opposite);
-        self.several = false;
-        let corners = of.local.len() as u32;
         let opposite = &pairs.opposite[..];
+        self.list(of, opposite);
+        find_twins(of.local, opposite, sink)?;
+        // Chains are joined at the vertices that are not open, and then have their names.
+        let several = self.settle_vertices(of, opposite, false, sink)?;
+        if several {
+            self.settle_several(of, opposite, false, sink)?;
+        }
+        if of.open.contains(&true) && self.settle_vertices(of, opposite, true, sink)? {
+            self.settle_several(of, opposite, true, sink)?;
+        }
+        Ok(())
+    }
+
+    /// Settles the vertices that are open, or those that are not; true when some have several fans,
+    /// which are left.
+    fn settle_vertices<S: Sink>(
+        &mut self,
+        of: &Settled,
+        opposite: &[u32],
+        open: bool,
+        sink: &mut S,
+    ) -> Result<bool, S::Error> {
+        let corners = of.local.len() as u32;
+        let mut several = false;
         for v in 0..of.span {
             let (count, head) = ((self.heads[v] >> 32) as u32, self.heads[v] as u32);
-            if count == 0 {
+            if count == 0 || of.open[v] != open {
                 continue;
             }
-            if !of.open[v] {
-                valence(u64::from(count));
+            if !open {
+                sink.valence(count);
             }
             let fan = walk(opposite, corners, head, &mut |_| ());
             if fan.corners == count {
-                self.take(of, v as u32, head, fan);
+                self.take(of, head, &fan, sink)?;
             } else {
                 self.heads[v] |= SEVERAL;
-                self.several = true;
+                several = true;
             }
         }
-        if self.several {
-            self.settle_several(of, opposite);
-        }
-        for part in &mut self.parts {
-            for end in part.ends.iter_mut().filter(|end| end.to == NOTHING) {
-                if end.corner != NOTHING {
-                    end.corner = self.chains.name(end.corner);
-                }
-            }
-        }
+        Ok(several)
     }
 
     /// Counts the corners of each vertex, and collects the corners without opposite.
@@ -188,75 +225,50 @@ impl Stars {
         self.chains.number();
     }
 
-    /// Finds twins, and what may have some.
-    fn twin(&mut self, local: &[u32], opposite: &[u32]) {
-        self.twins.clear();
-        self.candidates.clear();
-        let end = 2 * local.len() as u32;
-        for (t, row) in (0u32..).zip(opposite.as_chunks::<3>().0) {
-            if 3 * t as usize >= local.len() {
-                break;
-            }
-            // A border, or a regular edge whose other triangle lies elsewhere, has no twin behind.
-            if let Some(k) = row.iter().position(|&o| o < SPECIAL || o == BORDER) {
-                let o = row[k];
-                if o < end && local[(o >> 1) as usize] == local[3 * t as usize + k] && o / 6 > t {
-                    self.twins.push([t, o / 6]);
-                }
-            } else if row[0] != DEGENERATE {
-                self.candidates.push(t);
-            }
-        }
-    }
-
-    /// Walks the vertices with several fans, corner by corner.
-    fn settle_several(&mut self, of: &Settled, opposite: &[u32]) {
+    /// Settles the vertices with several fans, corner by corner.
+    fn settle_several<S: Sink>(
+        &mut self,
+        of: &Settled,
+        opposite: &[u32],
+        open: bool,
+        sink: &mut S,
+    ) -> Result<(), S::Error> {
         let corners = of.local.len() as u32;
         let mut seen = std::mem::take(&mut self.seen);
         seen.clear();
         seen.resize(of.local.len().div_ceil(64), 0);
         for c in 0..corners {
-            let v = of.local[c as usize];
+            let v = of.local[c as usize] as usize;
             let unseen = seen[c as usize / 64] >> (c % 64) & 1 == 0;
             let degenerate = opposite[(c - c % 3) as usize] == DEGENERATE;
-            if self.heads[v as usize] & SEVERAL == 0 || !unseen || degenerate {
+            if self.heads[v] & SEVERAL == 0 || of.open[v] != open || !unseen || degenerate {
                 continue;
             }
             let fan = walk(opposite, corners, c, &mut |c| {
                 seen[c as usize / 64] |= 1 << (c % 64)
             });
-            if !of.open[v as usize] {
-                self.shared.push(c);
+            if !open {
+                sink.shared(c)?;
             }
-            self.take(of, v, c, fan);
+            self.take(of, c, &fan, sink)?;
         }
         self.seen = seen;
+        Ok(())
     }
 
-    /// Takes in a whole fan of vertex v.
+    /// Takes in a whole fan, or hands out that of an open vertex.
     #[inline]
-    fn take(&mut self, of: &Settled, v: u32, corner: u32, fan: Walked) {
-        if of.open[v as usize] {
-            let ring = End {
-                to: NOTHING,
-                corner: NOTHING,
-            };
-            self.parts.push(Part {
-                vertex: v,
-                corner,
-                corners: fan.corners,
-                ends: fan.ends.map_or([ring; 2], |ends| {
-                    ends.map(|end| End {
-                        to: if end.to == NOTHING {
-                            NOTHING
-                        } else {
-                            of.local[end.to as usize]
-                        },
-                        ..end
-                    })
-                }),
-            });
-            return;
+    fn take<S: Sink>(
+        &mut self,
+        of: &Settled,
+        corner: u32,
+        fan: &Walked,
+        sink: &mut S,
+    ) -> Result<(), S::Error> {
+        let vertex = of.local[corner as usize];
+        if of.open[vertex as usize] {
+            let part = self.part(of, vertex, corner, fan);
+            return sink.part(&part);
         }
         let label = of.label[corner as usize / 3];
         debug_assert_ne!(label, NO_COMPONENT);
@@ -270,7 +282,53 @@ impl Stars {
                 }
             }
         }
+        Ok(())
     }
+
+    fn part(&mut self, of: &Settled, vertex: u32, corner: u32, fan: &Walked) -> Part {
+        let nowhere = End {
+            to: NOTHING,
+            corner: NOTHING,
+        };
+        let ends = fan.ends.map_or([nowhere; 2], |ends| {
+            ends.map(|end| match end.to {
+                NOTHING => End {
+                    corner: self.chains.name(end.corner),
+                    ..end
+                },
+                to => End {
+                    to: of.local[to as usize],
+                    ..end
+                },
+            })
+        });
+        Part {
+            vertex,
+            corner,
+            corners: fan.corners,
+            ends,
+        }
+    }
+}
+
+/// Finds twins, and what may have some.
+fn find_twins<S: Sink>(local: &[u32], opposite: &[u32], sink: &mut S) -> Result<(), S::Error> {
+    let end = 2 * local.len() as u32;
+    let rows = opposite[..local.len()].as_chunks::<3>().0;
+    for (t, row) in (0u32..).zip(rows) {
+        // A border, or a regular edge whose other triangle lies elsewhere, has no twin behind.
+        let Some(k) = row.iter().position(|&o| o < SPECIAL || o == BORDER) else {
+            if row[0] != DEGENERATE {
+                sink.candidate(t)?;
+            }
+            continue;
+        };
+        let o = row[k];
+        if o < end && local[(o >> 1) as usize] == local[3 * t as usize + k] && o / 6 > t {
+            sink.twins(t, o / 6)?;
+        }
+    }
+    Ok(())
 }
 
 /// Marks a vertex with several fans in its head: a corner stays below it.
@@ -413,16 +471,48 @@ impl Chains {
 mod tests {
     use super::*;
 
+    #[derive(Default)]
+    struct Found {
+        valences: Vec<u32>,
+        shared: Vec<u32>,
+        parts: Vec<Part>,
+        twins: Vec<[u32; 2]>,
+        candidates: Vec<u32>,
+    }
+
+    impl Sink for Found {
+        type Error = std::convert::Infallible;
+        fn valence(&mut self, corners: u32) {
+            self.valences.push(corners);
+        }
+        fn shared(&mut self, corner: u32) -> Result<(), Self::Error> {
+            self.shared.push(corner);
+            Ok(())
+        }
+        fn part(&mut self, part: &Part) -> Result<(), Self::Error> {
+            self.parts.push(*part);
+            Ok(())
+        }
+        fn twins(&mut self, a: u32, b: u32) -> Result<(), Self::Error> {
+            self.twins.push([a, b]);
+            Ok(())
+        }
+        fn candidate(&mut self, triangle: u32) -> Result<(), Self::Error> {
+            self.candidates.push(triangle);
+            Ok(())
+        }
+    }
+
     /// Settles a mesh in one chunk, with these vertices open.
-    fn settle(mesh: &[u32], open: &[u32]) -> (Stars, Vec<u64>) {
+    fn settle(mesh: &[u32], open: &[u32]) -> (Vec<StarCount>, Found) {
         let span = mesh.iter().max().map_or(0, |&v| v as usize + 1);
         let open: Vec<bool> = (0..span as u32).map(|v| open.contains(&v)).collect();
         let (mut pairs, mut swirl) = (Pairs::default(), super::super::swirl::Swirl::default());
-        let (mut stars, mut valences) = (Stars::default(), Vec::new());
+        let (mut stars, mut found) = (Stars::default(), Found::default());
         // A used state must not leak into the next chunk.
         let before = [0, 1, 2, 0, 1, 3, 0, 1, 4, 5, 0, 6];
         for (local, open) in [(&before[..], &[false; 7][..]), (mesh, &open)] {
-            valences.clear();
+            found = Found::default();
             pairs.pair(local, open);
             swirl.walk(&pairs.opposite);
             let of = Settled {
@@ -432,52 +522,52 @@ mod tests {
                 open,
             };
             let components = swirl.components.len();
-            stars.settle(&of, &pairs, components, &mut |n| valences.push(n));
+            let Ok(()) = stars.settle(&of, &pairs, components, &mut found);
         }
-        (stars, valences)
+        (stars.counts, found)
     }
 
     const TETRAHEDRON: [u32; 12] = [0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0];
 
     #[test]
     fn rings_and_loops_are_counted_by_component() {
-        let (stars, valences) = settle(&TETRAHEDRON, &[]);
-        assert_eq!(stars.counts, [StarCount { rings: 4, loops: 0 }]);
-        assert_eq!(valences, [3; 4]);
+        let (counts, found) = settle(&TETRAHEDRON, &[]);
+        assert_eq!(counts, [StarCount { rings: 4, loops: 0 }]);
+        assert_eq!(found.valences, [3; 4]);
         // One triangle turned, then one left out.
         let mut turned = TETRAHEDRON;
         turned.swap(4, 5);
-        assert_eq!(settle(&turned, &[]).0.counts[0].rings, 4);
-        let (stars, valences) = settle(&TETRAHEDRON[..9], &[]);
-        assert_eq!(stars.counts, [StarCount { rings: 1, loops: 1 }]);
-        assert_eq!(valences, [2, 3, 2, 2]);
-        assert!(stars.shared.is_empty() && stars.parts.is_empty());
+        assert_eq!(settle(&turned, &[]).0[0].rings, 4);
+        let (counts, found) = settle(&TETRAHEDRON[..9], &[]);
+        assert_eq!(counts, [StarCount { rings: 1, loops: 1 }]);
+        assert_eq!(found.valences, [2, 3, 2, 2]);
+        assert!(found.shared.is_empty() && found.parts.is_empty());
     }
 
     #[test]
     fn moebius_strip_has_one_loop() {
         let strip: Vec<u32> = (0..5).flat_map(|i| [i, (i + 1) % 5, (i + 2) % 5]).collect();
-        let (stars, valences) = settle(&strip, &[]);
-        assert_eq!(stars.counts, [StarCount { rings: 0, loops: 1 }]);
-        assert_eq!(valences, [3; 5]);
+        let (counts, found) = settle(&strip, &[]);
+        assert_eq!(counts, [StarCount { rings: 0, loops: 1 }]);
+        assert_eq!(found.valences, [3; 5]);
     }
 
     #[test]
     fn a_vertex_with_two_fans_is_shared() {
         let mut two = TETRAHEDRON.to_vec();
         two.extend([0, 4, 5, 0, 6, 4, 4, 6, 5, 5, 6, 0]);
-        let (stars, valences) = settle(&two, &[]);
-        assert_eq!(stars.counts, [StarCount { rings: 4, loops: 0 }; 2]);
-        assert_eq!(stars.shared, [0, 12]);
-        assert_eq!(valences, [6, 3, 3, 3, 3, 3, 3]);
+        let (counts, found) = settle(&two, &[]);
+        assert_eq!(counts, [StarCount { rings: 4, loops: 0 }; 2]);
+        assert_eq!(found.shared, [0, 12]);
+        assert_eq!(found.valences, [6, 3, 3, 3, 3, 3, 3]);
     }
 
     #[test]
     fn parts_at_open_vertices_name_what_is_not_decided() {
         // Vertices 0 and 1 are open: the edge between them is not decided.
-        let (stars, valences) = settle(&[0, 1, 2, 0, 2, 3], &[0, 1]);
-        assert_eq!(valences.len(), 2);
-        let at = |vertex| stars.parts.iter().find(|p| p.vertex == vertex).unwrap();
+        let (counts, found) = settle(&[0, 1, 2, 0, 2, 3], &[0, 1]);
+        assert_eq!(found.valences.len(), 2);
+        let at = |vertex| found.parts.iter().find(|p| p.vertex == vertex).unwrap();
         let edge = End { to: 1, corner: 2 };
         // The border 1 2, 2 3, 3 0 is one chain, named by its smallest corner.
         let border = End {
@@ -488,20 +578,20 @@ mod tests {
         assert!(at(0).ends.contains(&edge) && at(0).ends.contains(&border));
         assert_eq!(at(1).corners, 1);
         assert!(at(1).ends.contains(&border));
-        assert_eq!(stars.counts, [StarCount { rings: 0, loops: 0 }]);
+        assert_eq!(counts, [StarCount { rings: 0, loops: 0 }]);
     }
 
     #[test]
     fn twins_are_told_by_one_edge_and_more_of_them_are_candidates() {
         // Two triangles back to back are a closed surface.
-        let (stars, _) = settle(&[0, 1, 2, 1, 0, 2], &[]);
-        assert_eq!(stars.twins, [[0, 1]]);
-        assert_eq!(stars.counts, [StarCount { rings: 3, loops: 0 }]);
-        let (stars, _) = settle(&[0, 1, 2, 1, 0, 2, 2, 1, 0], &[]);
-        assert!(stars.twins.is_empty());
-        assert_eq!(stars.candidates, [0, 1, 2]);
-        assert_eq!(stars.counts, [StarCount { rings: 0, loops: 1 }; 3]);
-        assert!(settle(&TETRAHEDRON, &[]).0.candidates.is_empty());
-        assert_eq!(settle(&TETRAHEDRON, &[0, 1, 2]).0.candidates, [0]);
+        let (counts, found) = settle(&[0, 1, 2, 1, 0, 2], &[]);
+        assert_eq!(found.twins, [[0, 1]]);
+        assert_eq!(counts, [StarCount { rings: 3, loops: 0 }]);
+        let (counts, found) = settle(&[0, 1, 2, 1, 0, 2, 2, 1, 0], &[]);
+        assert!(found.twins.is_empty());
+        assert_eq!(found.candidates, [0, 1, 2]);
+        assert_eq!(counts, [StarCount { rings: 0, loops: 1 }; 3]);
+        assert!(settle(&TETRAHEDRON, &[]).1.candidates.is_empty());
+        assert_eq!(settle(&TETRAHEDRON, &[0, 1, 2]).1.candidates, [0]);
     }
 }
