@@ -8,6 +8,7 @@ mod export;
 mod info;
 mod picture;
 mod progress;
+mod report;
 mod size;
 mod verify;
 mod work;
@@ -35,6 +36,8 @@ enum Command {
     Export(export::ExportArgs),
     /// Draw a mesh folder as a PNG
     Picture(picture::PictureArgs),
+    /// Write a page on a mesh folder: verdicts, pictures, histograms, culprits
+    Report(report::ReportArgs),
     /// Check a mesh folder fully and independently
     Verify(verify::VerifyArgs),
 }
@@ -64,6 +67,7 @@ pub fn run() -> ExitCode {
         Command::Export(args) => export::run(args),
         Command::Info(args) => info::run(args),
         Command::Picture(args) => picture::run(args),
+        Command::Report(args) => report::run(args),
         Command::Verify(args) => verify::run(args),
     };
     // A panic is a fault of this program; its message was printed where it happened.

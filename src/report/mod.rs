@@ -5,6 +5,7 @@
 //!
 //! Memory: 64 KiB and a few rows. I/O: `components.npy` once (not for [`info`]).
 
+pub mod page;
 pub mod picture;
 mod predict;
 mod text;

@@ -186,6 +186,7 @@ pub fn draw(
     let path = target.path().to_owned();
     let count = draw_to(ws, folder, request, target.file(), &path)?;
     target.keep()?;
+    ws.io.add_written(count.bytes);
     Ok(count)
 }
 
@@ -265,7 +266,6 @@ pub fn draw_to(
     out.flush()
         .map_err(|e| Error::io(path, "write the picture", e))?;
     drop(developing);
-    ws.io.add_written(out.bytes);
     Ok(PictureCount {
         triangles: total.triangles - total.skipped,
         nonfinite: total.skipped,
@@ -292,14 +292,25 @@ impl<W: Write> Write for Counted<W> {
     }
 }
 
-/// The bounding box of all that may be drawn.
-fn bounds(folder: &Folder) -> Result<Bounds> {
+/// True when a folder has something to draw: coordinates, and a triangle with finite ones.
+pub(super) fn drawable(folder: &Folder) -> Result<bool> {
+    Ok(folder.has(folder::G) && union(folder)?.is_finite())
+}
+
+/// The union of the components' boxes.
+fn union(folder: &Folder) -> Result<Bounds> {
     let mut bounds = Bounds::NOTHING;
     Rows::open(folder)?.each(|_, row| {
         bounds.add(row.base.bbox_min);
         bounds.add(row.base.bbox_max);
         Ok(())
     })?;
+    Ok(bounds)
+}
+
+/// The bounding box of all that may be drawn.
+fn bounds(folder: &Folder) -> Result<Bounds> {
+    let bounds = union(folder)?;
     if bounds.is_finite() {
         return Ok(bounds);
     }
