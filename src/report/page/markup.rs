@@ -52,7 +52,8 @@ pub(super) fn count(n: u64, one: &str, many: &str) -> String {
 pub(super) fn measure(x: Option<f64>) -> String {
     match x {
         None => "–".into(),
-        Some(x) if x == 0.0 || (1e-3..1e7).contains(&x.abs()) => {
+        Some(x) if x == 0.0 => "0".into(),
+        Some(x) if (1e-3..1e7).contains(&x.abs()) => {
             let before = x.abs().max(1.0).log10() as usize;
             format!("{x:.*}", 5usize.saturating_sub(before))
         }

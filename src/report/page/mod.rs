@@ -52,13 +52,12 @@ impl Default for PageRequest {
 }
 
 /// The pictures: what each shows, from where, and what its colours tell.
-const PICTURES: [(&str, View, ColorBy); 7] = [
+const PICTURES: [(&str, View, ColorBy); 6] = [
     ("By component", View::Iso, ColorBy::Component),
     ("Fronts blue, backs orange", View::Iso, ColorBy::Orientation),
     ("Front", View::Front, ColorBy::Component),
-    ("Back", View::Back, ColorBy::Component),
     ("Right", View::Right, ColorBy::Component),
-    ("Left", View::Left, ColorBy::Component),
+    ("Back", View::Back, ColorBy::Component),
     ("Top", View::Top, ColorBy::Component),
 ];
 

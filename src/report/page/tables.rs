@@ -35,10 +35,7 @@ impl Places<'_> {
         let mut row = vec![0; kind.row_bytes()];
         let at = DATA_START + v * row.len() as u64;
         file.read_at(&mut row, at)?;
-        let text = kind.row(&row, 0).map(|x| match x.is_finite() {
-            true => measure(Some(x)),
-            false => x.to_string(),
-        });
+        let text = kind.row(&row, 0).map(|x| coordinate(kind, x));
         Ok(text.join(", "))
     }
 
@@ -67,6 +64,17 @@ impl Places<'_> {
     }
 }
 
+/// A coordinate in the fewest digits that give its bits back.
+fn coordinate(kind: Coords, x: f64) -> String {
+    let plain = x == 0.0 || !x.is_finite() || (1e-6..1e16).contains(&x.abs());
+    match (kind, plain) {
+        (Coords::F4, true) => (x as f32).to_string(),
+        (Coords::F4, false) => format!("{:e}", x as f32),
+        (Coords::F8, true) => x.to_string(),
+        (Coords::F8, false) => format!("{x:e}"),
+    }
+}
+
 /// "the first 8 of 1 234", or "all 3".
 fn part(shown: usize, all: u64) -> String {
     if shown as u64 == all {
@@ -90,12 +98,10 @@ pub(super) fn culprits(folder: &Folder, report: &Report) -> Result<String> {
         components(
             "Components that cannot be oriented",
             &report.culprits.nonorientable_components,
-            report.counts.nonorientable_components,
         ),
         components(
             "Components that are not watertight, and so oriented by majority",
             &report.culprits.not_watertight_components,
-            report.counts.components - report.counts.watertight_components,
         ),
     ];
     let mut all = parts.concat();
@@ -173,15 +179,20 @@ fn triangles(places: &Places, what: &str, name: &str) -> Result<String> {
     ))
 }
 
-fn components(what: &str, list: &[u64], all: u64) -> String {
+fn components(what: &str, list: &[u64]) -> String {
     if list.is_empty() {
         return String::new();
     }
     let names: Vec<String> = list.iter().map(|&c| number(c)).collect();
+    let part = if list.len() < NAMED {
+        "all"
+    } else {
+        "the first"
+    };
     format!(
-        "<h3>{}: {}</h3><p>{}</p>\n",
+        "<h3>{}: {part} {}</h3><p>{}</p>\n",
         escape(what),
-        part(list.len(), all.max(list.len() as u64)),
+        list.len(),
         names.join(", ")
     )
 }
@@ -213,7 +224,8 @@ pub(super) fn largest(report: &Report) -> String {
     let caption = format!("By number of triangles: {shown}");
     format!(
         "<section aria-labelledby=\"components\"><h2 id=\"components\">Largest components</h2>\
-         {}</section>\n",
+         <p class=\"soft\">In input units. The volume of a component that is not watertight \
+         depends on where it lies.</p>{}</section>\n",
         table(&caption, heads, rows)
     )
 }

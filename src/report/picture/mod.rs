@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Why it is right: each triangle is looked at once and each sample keeps the nearest
-//! ([`canvas`]); a sample inside the surface is covered by some triangle however small they are
-//! ([`facet`]), so triangles that cover none are dropped at once and nothing is missed. Of
+//! (`canvas.rs`); a sample inside the surface is covered by some triangle however small they are
+//! (`facet.rs`), so triangles that cover none are dropped at once and nothing is missed. Of
 //! triangles at the same depth the one with the smallest number shows. So the picture is the
 //! same, byte for byte, for every budget and number of threads.
 //!
@@ -16,9 +16,9 @@
 //!
 //! Memory: the image, not the mesh: 12 bytes a sample, 16 samples a pixel up to 512 pixels
 //! wide and high, 4 up to 4096, else 1; and the buffers of the pass. Colours by swirl order take
-//! O and more in memory ([`ColorBy::Swirl`]). All of it is drawn from the budget, and
+//! O and more in memory (`swirl.rs`). All of it is drawn from the budget, and
 //! [`least_memory`] says how much that is. I/O: `components.npy` once; G once more for a view
-//! that is not along an axis; then as [`pass`] says; the PNG.
+//! that is not along an axis; then as `pass.rs` says; the PNG.
 
 mod asked;
 mod canvas;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   V ──block──> runs of triangles whose vertices lie close ──window of G──> draw
-//!                triangles whose vertices lie apart ──> all of G mapped ───> draw   (G fits)
+//!                triangles whose vertices lie apart ──> all of G mapped ───> draw   (G small)
 //!                                                  └──> questions ──> answers ──> draw
 //! ```
 //!
@@ -10,7 +10,7 @@
 //! from its coordinates alone, and the canvas does not care for order.
 //!
 //! Memory: t × a block and a window, at most a quarter of what is free; then all of G when it
-//! fits in half of the rest, else writers and sorters. I/O: V once; O and the labels once when
+//! is small, else writers and sorters. I/O: V once; O and the labels once when
 //! they are needed; of G, where triangles near in the file are near in G, little more than all
 //! of it once; else as [`asked`](super::asked) says.
 
