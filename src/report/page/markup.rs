@@ -30,7 +30,7 @@ pub(super) fn grouped(n: u64) -> String {
     let digits = n.to_string();
     let mut out = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             out.push('\u{202f}');
         }
         out.push(digit);
@@ -52,7 +52,7 @@ pub(super) fn count(n: u64, one: &str, many: &str) -> String {
 pub(super) fn measure(x: Option<f64>) -> String {
     match x {
         None => "–".into(),
-        Some(x) if x == 0.0 => "0".into(),
+        Some(0.0) => "0".into(),
         Some(x) if (1e-3..1e7).contains(&x.abs()) => {
             let before = x.abs().max(1.0).log10() as usize;
             format!("{x:.*}", 5usize.saturating_sub(before))

@@ -163,10 +163,7 @@ impl Bounds {
 
     /// Takes a position in; coordinates that are no numbers change nothing.
     pub(super) fn add(&mut self, p: [f64; 3]) {
-        for k in 0..3 {
-            self.min[k] = self.min[k].min(p[k]);
-            self.max[k] = self.max[k].max(p[k]);
-        }
+        self.join(&Bounds { min: p, max: p });
     }
 
     /// Takes in all that another has.
