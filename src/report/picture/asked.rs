@@ -284,6 +284,6 @@ mod tests {
         );
         assert_eq!(wide.answered(spot).spot(), spot);
         let answer = wide.answered(spot);
-        assert_eq!((answer.key(0), answer.key(1)), (12345 << 20, 0));
+        assert_eq!((answer.key(0), answer.key(1)), (word << 16, 0));
     }
 }

@@ -100,11 +100,12 @@ impl Paint {
 /// The tone of a component.
 ///
 /// Multiples of the golden ratio fall far from each other on the circle of hues: 8 bits of
-/// that choose the hue, and the number's last two bits one of four lightnesses.
+/// that choose the hue. Those that come near again are numbers 8 or 13 apart; one of three
+/// lightnesses, by the number modulo 3, tells these apart.
 #[inline]
 pub(super) fn component_tone(component: u64) -> u32 {
     let hue = component.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 56;
-    (hue | (component & 3) << 8) as u32
+    (hue | (component % 3) << 8) as u32
 }
 
 /// The tone of place `at` in a swirl over `of` triangles.
@@ -130,7 +131,7 @@ impl Palette {
     pub(super) fn new(by: ColorBy) -> Palette {
         let front = |tone: usize| match by {
             ColorBy::Component => {
-                let (l, c) = [(0.72, 0.105), (0.79, 0.09), (0.66, 0.115), (0.75, 0.07)][tone >> 8];
+                let (l, c) = [(0.72, 0.11), (0.81, 0.085), (0.62, 0.12)][(tone >> 8).min(2)];
                 oklch(l, c, 252.0 + (tone & 255) as f64 * 360.0 / 256.0)
             }
             ColorBy::Orientation => oklch(0.71, 0.10, 248.0),
@@ -231,7 +232,7 @@ mod tests {
                 let apart: i32 = (0..3)
                     .map(|k| (i32::from(p[k]) - i32::from(q[k])).abs())
                     .sum();
-                assert!(apart > 30, "components {a} and {b}: {p:?} {q:?}");
+                assert!(apart > 50, "components {a} and {b}: {p:?} {q:?}");
             }
         }
     }
