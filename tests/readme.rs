@@ -10,8 +10,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-const COMMANDS: [&str; 9] = [
-    "build", "check", "info", "verify", "export", "filter", "normals", "path", "swirl",
+const COMMANDS: [&str; 11] = [
+    "build", "check", "info", "verify", "export", "filter", "normals", "path", "swirl", "picture",
+    "report",
 ];
 
 fn root() -> &'static Path {

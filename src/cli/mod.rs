@@ -10,8 +10,10 @@ mod filter;
 mod info;
 mod normals;
 mod path;
+mod picture;
 mod pieces;
 mod progress;
+mod report;
 mod select;
 mod size;
 mod swirl;
@@ -49,6 +51,10 @@ enum Command {
     Filter(Box<filter::FilterArgs>),
     /// Write the normals of vertices, and of triangles, beside a mesh folder
     Normals(normals::NormalsArgs),
+    /// Draw a mesh folder as a PNG
+    Picture(picture::PictureArgs),
+    /// Write a page on a mesh folder: verdicts, pictures, histograms, culprits
+    Report(report::ReportArgs),
     /// Check a mesh folder fully and independently
     Verify(verify::VerifyArgs),
 }
@@ -82,6 +88,8 @@ pub fn run() -> ExitCode {
         Command::Path(args) => path::run(args),
         Command::Swirl(args) => swirl::run(args),
         Command::Normals(args) => normals::run(args),
+        Command::Picture(args) => picture::run(args),
+        Command::Report(args) => report::run(args),
         Command::Verify(args) => verify::run(args),
     };
     // A panic is a fault of this program; its message was printed where it happened.

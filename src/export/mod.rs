@@ -34,9 +34,9 @@ mod stl;
 mod strip;
 mod used;
 
-use crate::disk::Workspace;
+use crate::disk::{Target, Workspace};
 use crate::error::{Error, Result};
-use crate::folder::{self, Folder, Target};
+use crate::folder::{self, Folder};
 use job::Job;
 use sink::Sink;
 use std::io::Write;
@@ -217,11 +217,11 @@ fn export_file<'a>(
     strip: Option<&'a mut (dyn Strip + 'a)>,
 ) -> Result<ExportCount> {
     request.check(folder)?;
-    let mut target = Target::create(folder, &request.target, request.force)?;
+    let mut target = Target::create(folder.path(), &request.target, request.force)?;
     let mut beside = None;
     if request.format == Format::Npy && folder.has(folder::G) {
         let path = npy::path_of_g(&request.target);
-        beside = Some(Target::create(folder, &path, request.force)?);
+        beside = Some(Target::create(folder.path(), &path, request.force)?);
     }
     let mut job = Job::start(ws, folder, request, strip)?;
     let mut bytes = 0;

@@ -12,7 +12,6 @@ pub mod npy;
 mod manifest;
 mod rows;
 mod seal;
-mod target;
 mod warm;
 
 pub use manifest::{
@@ -23,7 +22,6 @@ pub use rows::{
     COMPONENT_DESCR, ComponentMeasures, ComponentRow, MEASURED_DESCR, Row, Rows, row_type,
 };
 pub use seal::{BLOCK, block_sums, digest_file, digest_of_blocks, digest_warm, warm_sums};
-pub use target::Target;
 pub use warm::WarmSums;
 
 use crate::disk::{Counters, DataFile};

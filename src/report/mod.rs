@@ -6,6 +6,8 @@
 //! Memory: 64 KiB and a few rows. I/O: `components.npy` once (not for [`info`]).
 
 mod check;
+pub mod page;
+pub mod picture;
 mod predict;
 mod survey;
 mod text;

@@ -36,10 +36,10 @@ use crate::build::records::narrow;
 use crate::build::whole::Whole;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
-use crate::disk::Workspace;
+use crate::disk::{Target, Workspace};
 use crate::error::{Error, Result};
 use crate::folder::npy::DATA_START;
-use crate::folder::{self, Folder, Target};
+use crate::folder::{self, Folder};
 use crate::input::{CoordArray, CoordKind, Endian, IndexArray, IndexKind, Source};
 use crate::shuffle;
 use cross::Cross;
@@ -184,9 +184,9 @@ pub fn normals(ws: &Workspace, folder: &Folder, request: &NormalsRequest) -> Res
             have: ws.budget.limit(),
         });
     }
-    let target = Target::create(folder, &request.target, request.force)?;
+    let target = Target::create(folder.path(), &request.target, request.force)?;
     let beside = request.triangles.as_deref();
-    let beside = beside.map(|path| Target::create(folder, path, request.force));
+    let beside = beside.map(|path| Target::create(folder.path(), path, request.force));
     let beside = beside.transpose()?;
     let job = Job::new(ws, folder, request, (&target, beside.as_ref()))?;
     match (job.v.kind, job.g.kind) {

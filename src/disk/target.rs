@@ -1,12 +1,11 @@
-//! A file that leaves a folder, and appears under its name when it is complete.
+//! A file that appears under its name when it is complete.
 //!
-//! Why nothing half-written is ever found there: the file has a temporary name beside its target
-//! until it is synced, and a rename within one file system is atomic.
+//! Why nothing half-written is left under the name: all is written to a temporary file beside
+//! it, which is synced and renamed at the end, and gone when dropped before.
 //!
-//! Memory: none. I/O: none of its own.
+//! Memory: none that grows. I/O: what its owner writes.
 
-use super::Folder;
-use crate::disk::{Counters, DataFile};
+use super::{Counters, DataFile};
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,12 +20,12 @@ pub struct Target {
 }
 
 impl Target {
-    /// A new temporary file in the folder of the target.
+    /// A new temporary file in the folder of the target, which must lie outside of `source`.
     ///
     /// # Errors
-    /// [`Error::Usage`] when the target exists and may not be replaced, or lies in the mesh
-    /// folder itself; [`Error::Io`].
-    pub fn create(folder: &Folder, path: &Path, force: bool) -> Result<Target> {
+    /// [`Error::Usage`] when the target exists and may not be replaced (`force`), or lies in
+    /// `source`; [`Error::Io`].
+    pub fn create(source: &Path, path: &Path, force: bool) -> Result<Target> {
         if !force && path.symlink_metadata().is_ok() {
             return Err(exists(path));
         }
@@ -34,8 +33,8 @@ impl Target {
             Some(dir) if !dir.as_os_str().is_empty() => dir,
             _ => Path::new("."),
         };
-        if let (Ok(dir), Ok(mesh)) = (dir.canonicalize(), folder.path().canonicalize())
-            && dir.starts_with(&mesh)
+        if let (Ok(dir), Ok(source)) = (dir.canonicalize(), source.canonicalize())
+            && dir.starts_with(&source)
         {
             return Err(Error::Usage(format!(
                 "{}: lies in the mesh folder itself, whose files are not to be changed; \
@@ -57,9 +56,9 @@ impl Target {
         })
     }
 
-    /// The file, to be written in order.
-    pub fn file(&mut self) -> &mut std::fs::File {
-        self.temp.as_file_mut()
+    /// Where the file will be.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// The file, to be written at offsets by many.
@@ -68,6 +67,11 @@ impl Target {
     /// [`Error::Io`].
     pub fn data(&self, io: &Arc<Counters>) -> Result<DataFile> {
         DataFile::open_rw(self.temp.path(), io)
+    }
+
+    /// The file, to write to.
+    pub fn file(&mut self) -> &mut std::fs::File {
+        self.temp.as_file_mut()
     }
 
     /// Syncs the file and gives it its name.
