@@ -33,7 +33,7 @@ fn condition(folder: &Folder, random: &mut Random) -> (Vec<String>, Box<dyn Fn(u
         (option, meets)
     };
     let want = random.chance(50);
-    match random.below(9) {
+    match random.below(10) {
         0 => {
             let (a, b) = (random.below(n), random.below(n));
             let (low, high) = (a.min(b), a.max(b));
@@ -80,6 +80,12 @@ fn condition(folder: &Folder, random: &mut Random) -> (Vec<String>, Box<dyn Fn(u
         5 => verdict(counts("closed"), "closed", "open", want),
         6 => verdict(counts("watertight"), "watertight", "not-watertight", want),
         7 => verdict(counts("orientable"), "orientable", "not-orientable", want),
+        8 => {
+            let genus = counts("genus");
+            let one = genus[random.below(n)];
+            let meets = move |c: usize| genus[c] == one;
+            (option("genus", one.to_string()), Box::new(meets))
+        }
         _ => {
             let (min, max) = (table.floats("bbox_min"), table.floats("bbox_max"));
             let corner = [0; 3].map(|_| (6.0 * random.coordinate()) as f64);
@@ -228,7 +234,8 @@ fn check(bench: &Bench, build: &[&str], choice: &Choice) -> bool {
     let g = bench.path("exported.G.npy");
     let mut args: Vec<OsString> = vec!["build".into(), exported.into(), "-o".into()];
     args.extend([fresh.clone().into(), "--positions".into(), g.into()]);
-    args.extend(["--quiet", "--force"].map(Into::into));
+    // A filtered folder has no measures.
+    args.extend(["--quiet", "--force", "--no-measures"].map(Into::into));
     args.extend(build.iter().map(Into::into));
     cornermill(args).expect(0);
     let (mut found, mut expected) = (files(&out), files(&fresh));

@@ -5,9 +5,10 @@
 //!    O and local labels; spills the corners between seam vertices.
 //! 3. [`seams`]: sorts the spilled corners by edge; finds the remaining opposites and the
 //!    links between local components.
-//! 4. [`stitch`]: joins local components with parity ([`graph`]); [`components`] sums and orients
+//! 4. [`stars`]: joins the fans of corners at seam vertices.
+//! 5. [`stitch`]: joins local components with parity ([`graph`]); [`components`] sums and orients
 //!    them.
-//! 5. [`finish`]: applies labels, flips and the opposites from the seams.
+//! 6. [`finish`]: applies labels, flips and the opposites from the seams.
 //!
 //! Passes meet only in files and records ([`records`]); this module hands them on.
 
