@@ -63,15 +63,16 @@ fn check(mesh: &Mesh, known: &Known) {
     shuffled.shuffle(&mut random);
     for mesh in [mesh, &shuffled] {
         let bench = Bench::new(mesh);
-        for options in [
+        let ways = [
             &[][..],
             &["--chunk-triangles=3"],
             &["--chunk-triangles=16", "--strategy=contract", "--buckets=3"],
             &["--strategy=by-place", "--buckets=5"],
             &["--strategy=by-id", "--buckets=4", "--index=u8"],
-        ] {
-            let options = [options, &["--memory=64MiB", "--force"]].concat();
-            let folder = Folder::read(&bench.build("out.ct", &options));
+        ];
+        for (way, options) in ways.into_iter().enumerate() {
+            let options = [options, &["--memory=64MiB"]].concat();
+            let folder = Folder::read(&bench.build(&format!("{way}.ct"), &options));
             assert_eq!(&found(&folder), known, "{}, {options:?}", mesh.name);
         }
     }
