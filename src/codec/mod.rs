@@ -1,0 +1,21 @@
+//! The compressed file.
+
+pub mod border;
+pub mod chunk;
+pub mod lattice;
+pub mod mix;
+pub mod model;
+pub mod place;
+pub mod predict;
+pub mod range;
+pub mod spread;
+pub mod truth;
+pub mod vec;
+pub mod walk;
+
+/// No corner, no edge, no vertex.
+pub const NONE: u32 = u32::MAX;
+
+/// What a decoder was told that no encoder says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Damaged(pub &'static str);

@@ -1,0 +1,216 @@
+//! What the encoder knows of the surface and the decoder does not.
+//!
+//! Both sides run the same walk ([`walk`](super::walk)); it asks a [`Truth`] what lies across an
+//! edge, tells the answer to the coder, and goes by what the coder hands back.
+//!
+//! Memory: the encoder's 21 bytes a triangle and 4 a vertex beyond the mesh itself.
+
+use super::NONE;
+use super::border::Border;
+
+/// The next corner of the same triangle.
+#[inline]
+pub fn next(c: u32) -> u32 {
+    if c % 3 == 2 { c - 2 } else { c + 1 }
+}
+
+/// The corner before.
+#[inline]
+pub fn prev(c: u32) -> u32 {
+    if c.is_multiple_of(3) { c + 2 } else { c - 1 }
+}
+
+/// The surface as far as one side knows it. Corners are those of triangles that agree in
+/// orientation with their neighbours.
+pub trait Truth {
+    /// A corner of a triangle that no walk has reached.
+    fn seed(&mut self) -> u32;
+    /// The corner across the edge that a corner faces, if its triangle is still to come.
+    fn across(&self, corner: u32) -> u32;
+    /// The corner across, whether its triangle has come or not.
+    fn opposite(&self, corner: u32) -> u32;
+    /// The number of a corner's vertex, or NONE.
+    fn number(&self, corner: u32) -> u32;
+    /// Gives a corner's vertex a number.
+    fn meet(&mut self, corner: u32, number: u32);
+    /// Where a corner's vertex lies.
+    fn position(&self, corner: u32) -> [i32; 3];
+    /// True when the corner's triangle is turned against the mesh's.
+    fn reversed(&self, corner: u32) -> bool;
+    /// The triangle of this corner was coded.
+    fn visit(&mut self, corner: u32);
+    /// The border edge that a corner of a coded triangle faces.
+    fn faces(&mut self, corner: u32, edge: u32);
+    /// The edge of the border that starts at a corner's vertex, where its fan comes to the border.
+    fn link(&self, corner: u32, border: &Border) -> u32;
+}
+
+/// The decoder's: knows nothing.
+#[derive(Debug)]
+pub struct Blind;
+
+impl Truth for Blind {
+    fn seed(&mut self) -> u32 {
+        0
+    }
+    fn across(&self, _: u32) -> u32 {
+        NONE
+    }
+    fn opposite(&self, _: u32) -> u32 {
+        NONE
+    }
+    fn number(&self, _: u32) -> u32 {
+        NONE
+    }
+    fn meet(&mut self, _: u32, _: u32) {}
+    fn position(&self, _: u32) -> [i32; 3] {
+        [0; 3]
+    }
+    fn reversed(&self, _: u32) -> bool {
+        false
+    }
+    fn visit(&mut self, _: u32) {}
+    fn faces(&mut self, _: u32, _: u32) {}
+    fn link(&self, _: u32, _: &Border) -> u32 {
+        NONE
+    }
+}
+
+/// The encoder's: a chunk whose triangles were paired and turned to agree.
+#[derive(Debug)]
+pub struct Surface<'a> {
+    /// Vertex of each corner.
+    pub v: &'a [u32],
+    /// Opposite of each corner; links that contradict the orientation are cut.
+    pub o: &'a [u32],
+    /// Triangles that were turned.
+    pub turned: &'a [bool],
+    /// Where the vertices lie.
+    pub positions: &'a [[i32; 3]],
+    numbers: Vec<u32>,
+    edges: Vec<u32>,
+    visited: Vec<bool>,
+    from: usize,
+}
+
+impl<'a> Surface<'a> {
+    /// Nothing is coded yet. Triangles for which `skip` holds count as coded.
+    pub fn new(
+        v: &'a [u32],
+        o: &'a [u32],
+        turned: &'a [bool],
+        positions: &'a [[i32; 3]],
+        skip: impl Fn(usize) -> bool,
+    ) -> Surface<'a> {
+        Surface {
+            v,
+            o,
+            turned,
+            positions,
+            numbers: vec![NONE; positions.len()],
+            edges: vec![NONE; v.len()],
+            visited: (0..v.len() / 3).map(skip).collect(),
+            from: 0,
+        }
+    }
+
+    /// The number that each vertex was given, or NONE.
+    pub fn into_numbers(self) -> Vec<u32> {
+        self.numbers
+    }
+
+    fn came(&self, corner: u32) -> bool {
+        self.visited[corner as usize / 3]
+    }
+}
+
+impl Truth for Surface<'_> {
+    fn seed(&mut self) -> u32 {
+        while self.visited[self.from] {
+            self.from += 1;
+        }
+        3 * self.from as u32
+    }
+
+    #[inline]
+    fn across(&self, corner: u32) -> u32 {
+        let o = self.o[corner as usize];
+        if o == NONE || self.came(o) { NONE } else { o }
+    }
+
+    #[inline]
+    fn opposite(&self, corner: u32) -> u32 {
+        self.o[corner as usize]
+    }
+
+    #[inline]
+    fn number(&self, corner: u32) -> u32 {
+        self.numbers[self.v[corner as usize] as usize]
+    }
+
+    fn meet(&mut self, corner: u32, number: u32) {
+        self.numbers[self.v[corner as usize] as usize] = number;
+    }
+
+    #[inline]
+    fn position(&self, corner: u32) -> [i32; 3] {
+        self.positions[self.v[corner as usize] as usize]
+    }
+
+    fn reversed(&self, corner: u32) -> bool {
+        self.turned[corner as usize / 3]
+    }
+
+    #[inline]
+    fn visit(&mut self, corner: u32) {
+        self.visited[corner as usize / 3] = true;
+    }
+
+    #[inline]
+    fn faces(&mut self, corner: u32, edge: u32) {
+        self.edges[corner as usize] = edge;
+    }
+
+    /// Turns about the vertex both ways at once, through triangles that are still to come, until
+    /// one that has come is met: its edge is on the border, and starts or ends at the vertex.
+    fn link(&self, corner: u32, border: &Border) -> u32 {
+        let number = self.number(corner);
+        let fits = |edge: u32| border.alive(edge) && border[edge].org == number;
+        let (mut ahead, mut back) = (corner, corner);
+        let (mut ahead_ends, mut back_ends) = (false, false);
+        while !(ahead_ends && back_ends) {
+            if !ahead_ends {
+                let y = self.o[next(ahead) as usize];
+                if y == NONE {
+                    ahead_ends = true;
+                } else if self.came(y) {
+                    let edge = self.edges[y as usize];
+                    if fits(edge) {
+                        return edge;
+                    }
+                    ahead_ends = true;
+                } else {
+                    ahead = next(y);
+                    if ahead == corner {
+                        return NONE;
+                    }
+                }
+            }
+            if !back_ends {
+                let y = self.o[prev(back) as usize];
+                if y == NONE {
+                    back_ends = true;
+                } else if self.came(y) {
+                    let edge = self.edges[y as usize];
+                    if border.alive(edge) && fits(border[edge].next) {
+                        return border[edge].next;
+                    }
+                    back_ends = true;
+                } else {
+                    back = prev(y);
+                }
+            }
+        }
+        NONE
+    }
+}
