@@ -77,7 +77,7 @@ impl Places {
     }
 
     /// The neighbourhood of a new vertex: a, b, c, z, and the apexes at the gate, right, left.
-    pub fn around(&self, [a, b, c, z]: [u32; 4], [apex, right, left]: [u32; 3]) -> Surround {
+    pub fn around(&self, [a, b, c, z, d, y]: [u32; 6], [apex, right, left]: [u32; 3]) -> Surround {
         let listed = [apex, a, b].into_iter().fold(0, |m, v| {
             m << 3 | u32::from(self.places[v as usize].listed)
         });
@@ -88,10 +88,13 @@ impl Places {
                 b: self.at(b),
                 c: self.at(c),
                 z: self.at(z),
+                d: self.at(d),
+                y: self.at(y),
                 apex: self.at(apex),
                 right: self.at(right),
                 left: self.at(left),
                 class: 0,
+                bends: [0; 2],
             },
             rough: (2 * (rough(a) + rough(b)) + rough(apex) + rough(c) + 3) / 6,
             listed,

@@ -11,13 +11,15 @@
 use super::vec::{Vec3, add, dot, excess, reach, shift, sub};
 
 /// Number of features.
-pub const FEATURES: usize = 5;
+pub const FEATURES: usize = 7;
 /// Bits of a fraction of a weight.
 const WEIGHT: u32 = 16;
 /// Bits of a fraction of a predicted coordinate.
 pub const FINE: u32 = 8;
 /// Classes: does the fan go on to the right, to the left.
-pub const CLASSES: usize = 4;
+pub const CLASSES: usize = 4 * BENDS * BENDS;
+/// Classes of how far the border bends in at an end of the gate.
+pub const BENDS: usize = 3;
 /// When so many vertices were summed, the sums are halved.
 const WINDOW: u32 = 1 << 13;
 
@@ -33,6 +35,10 @@ pub struct Around {
     pub c: Vec3,
     /// The vertex of the border before.
     pub z: Vec3,
+    /// The vertex of the border after c.
+    pub d: Vec3,
+    /// The vertex of the border before z.
+    pub y: Vec3,
     /// Apex behind the gate.
     pub apex: Vec3,
     /// Apex behind the edge from b to c.
@@ -41,9 +47,15 @@ pub struct Around {
     pub left: Vec3,
     /// 0 to 3: 2 when the fan goes on to the right, 1 when to the left.
     pub class: usize,
+    /// How far the border bends in at b, and at a.
+    pub bends: [usize; 2],
 }
 
 impl Around {
+    fn set(&self) -> usize {
+        (self.class * BENDS + self.bends[0]) * BENDS + self.bends[1]
+    }
+
     /// Twice the features, from the middle of the gate.
     fn features(&self) -> [Vec3; FEATURES] {
         let sum = add(self.a, self.b);
@@ -54,6 +66,8 @@ impl Around {
             from(sub(add(self.z, self.a), self.left)),
             from(self.c),
             from(self.z),
+            from(self.d),
+            from(self.y),
         ]
     }
 }
@@ -73,10 +87,10 @@ impl Weights {
     fn new(class: usize) -> Weights {
         let one = 1 << WEIGHT;
         let start = match class {
-            0 => [one, 0, 0, 0, 0],
-            1 => [one / 2, 0, one / 2, 0, 0],
-            2 => [one / 2, one / 2, 0, 0, 0],
-            _ => [one / 2, one / 4, one / 4, 0, 0],
+            0 => [one, 0, 0, 0, 0, 0, 0],
+            1 => [one / 2, 0, one / 2, 0, 0, 0, 0],
+            2 => [one / 2, one / 2, 0, 0, 0, 0, 0],
+            _ => [one / 2, one / 4, one / 4, 0, 0, 0, 0],
         };
         Weights {
             start,
@@ -94,13 +108,18 @@ impl Weights {
         let all = features.iter().fold(reach(target), |r, &f| r | reach(f));
         let down = excess(all, 20);
         let size = dot(shift(features[0], down), shift(features[0], down)) as u64;
-        let weigh = 64 - size.leading_zeros();
-        let scaled = |x: i64| (x << 12) >> weigh;
         let target = shift(target, down);
         let mut small = [[0; 3]; FEATURES];
         for (s, &f) in small.iter_mut().zip(features) {
             *s = shift(f, down);
         }
+        let off: Vec3 = std::array::from_fn(|axis| {
+            let sum: i64 = (0..FEATURES).map(|i| small[i][axis] * self.weight[i]).sum();
+            target[axis] - (sum >> WEIGHT)
+        });
+        let off = dot(off, off) as u64 | size >> 16 | 4;
+        let weigh = (128 - size.leading_zeros() - off.leading_zeros()) / 2;
+        let scaled = |x: i64| (x << 12) >> weigh;
         for i in 0..FEATURES {
             for j in 0..=i {
                 self.squares[i][j] += scaled(dot(small[i], small[j]));
@@ -159,21 +178,21 @@ impl Weights {
 /// The predictor.
 #[derive(Clone, Debug)]
 pub struct Predictor {
-    classes: [Weights; CLASSES],
+    classes: Vec<Weights>,
 }
 
 impl Predictor {
     /// Knows nothing but parallelograms.
     pub fn new() -> Predictor {
         Predictor {
-            classes: std::array::from_fn(Weights::new),
+            classes: (0..CLASSES).map(|c| Weights::new(c / (BENDS * BENDS))).collect(),
         }
     }
 
     /// The expected place, in 256ths of a step.
     pub fn guess(&self, around: &Around) -> Vec3 {
         let features = around.features();
-        let weights = &self.classes[around.class].weight;
+        let weights = &self.classes[around.set()].weight;
         let middle = add(around.a, around.b);
         std::array::from_fn(|axis| {
             let sum: i128 = (0..FEATURES)
@@ -187,6 +206,6 @@ impl Predictor {
     /// Learns where the tip came to lie.
     pub fn learn(&mut self, around: &Around, tip: Vec3) {
         let target = sub(add(tip, tip), add(around.a, around.b));
-        self.classes[around.class].learn(&around.features(), target);
+        self.classes[around.set()].learn(&around.features(), target);
     }
 }

@@ -10,7 +10,7 @@
 //!
 //! Memory: some kilobytes.
 
-use super::predict::{Around, CLASSES, FINE};
+use super::predict::{Around, FINE};
 use super::vec::{UNIT, Vec3, add, cross, dot, excess, reach, shift, sub, unit};
 
 /// How the last vertices around missed, in levels.
@@ -60,7 +60,7 @@ impl Spreads {
             seen: 0,
         };
         Spreads {
-            tracks: vec![fresh; CLASSES * ROUGH],
+            tracks: vec![fresh; 4 * ROUGH],
         }
     }
 

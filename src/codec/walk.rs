@@ -458,9 +458,11 @@ impl<M: Model> Walk<M> {
         let (a, b) = (edge.org, self.border[n].org);
         let (gap_right, gap_left) = (self.gap_right(e), self.gap_left(e));
         let mut around = self.places.around(
-            [a, b, self.border.dest(n), self.border[p].org],
+            self.row(e),
             [edge.apex, self.border[n].apex, self.border[p].apex],
         );
+        let bend = |gap: u32| usize::from(gap > 9) + usize::from(gap > 14);
+        around.bends = [bend(gap_right), bend(gap_left)];
         let right = self.ear_contexts(gap_right, b, a, e);
         let left = self.ear_contexts(gap_left, a, b, e);
         let v = self.places.len() as u32;
@@ -498,6 +500,16 @@ impl<M: Model> Walk<M> {
             }
         }
         Ok(())
+    }
+
+    /// The vertices of the border about a gate: a, b, c, z, d, y.
+    fn row(&self, e: u32) -> [u32; 6] {
+        let border = &self.border;
+        let (n, p) = (border[e].next, border[e].prev);
+        let a = border[e].org;
+        let (b, c, z) = (border[n].org, border.dest(n), border[p].org);
+        let d = border.dest(border[n].next);
+        [a, b, c, z, d, border[border[p].prev].org]
     }
 
     /// Codes which edge of the border starts at the tip.
