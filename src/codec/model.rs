@@ -79,7 +79,7 @@ pub const LONE: Family = family(Some(BACK), 6, NUMBER_BINS);
 /// Residuals of predicted coordinates.
 pub const RESIDUAL: Family = family(Some(LONE), 3 * 64, NUMBER_BINS);
 /// Is a coordinate one of those that repeat?
-pub const LISTED: Family = family(Some(RESIDUAL), 3 * 3 * 8, 1);
+pub const LISTED: Family = family(Some(RESIDUAL), 3 * 3 * 8 * 8, 1);
 /// Which of them it is, from the one nearest to the prediction.
 pub const STEP: Family = family(Some(LISTED), 3 * 64, NUMBER_BINS);
 /// The repeated coordinates.

@@ -223,10 +223,13 @@ impl Places {
         let found = list.binary_search(&truth);
         let offs = spot.k as u32 - listed.count_ones();
         let around = surround.listed;
+        // Which of the vertices around have a listed coordinate on this axis.
+        let own = around >> spot.axis;
+        let same = own & 1 | (own >> 2) & 2 | (own >> 4) & 4;
         let mask = u32::from(*listed) << 4 | spot.axis as u32;
         let spread = (spot.log - 2 * log4(width as u64) + 64).clamp(0, 127) as u32;
         let contexts = Contexts {
-            main: (spot.k as u32 * 3 + offs) * 8 + far,
+            main: ((spot.k as u32 * 3 + offs) * 8 + same) * 8 + far,
             more: [
                 mask << 16 | around,
                 mask << 8 | far,
