@@ -127,14 +127,14 @@ impl Model for Mixed {
         for (weights, said) in [(first, x), (second, y)] {
             let error = target - squash16(said);
             for i in 0..INPUTS {
-                weights[i] += (inputs[i] * error + (1 << 14)) >> 15;
+                weights[i] += (inputs[i] * error + (1 << 12)) >> 13;
             }
         }
         for (i, place) in places.iter().enumerate() {
             if i < MORE {
-                self.more[*place].learn(bit, 250);
+                self.more[*place].learn(bit, 120);
             } else {
-                self.main[*place].learn(bit, 250);
+                self.main[*place].learn(bit, 120);
             }
         }
         bit

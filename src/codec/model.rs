@@ -249,7 +249,7 @@ pub struct Fast {
 }
 
 /// How many bits a fast context remembers.
-const FAST_LIMIT: u16 = 250;
+const FAST_LIMIT: u16 = 160;
 
 impl Model for Fast {
     const MIXES: bool = false;
