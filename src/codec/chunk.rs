@@ -1,116 +1,125 @@
-//! One chunk: triangles with local vertices, to bytes and back.
+//! One chunk: triangles with local vertices to bytes, and back.
+//!
+//! Why a chunk stands alone: its coder starts with fresh models, and every vertex that it names has
+//! its position here. So chunks are coded and decoded in any order, by any thread.
+//!
+//! Memory: [`ENCODE_BYTES`] and [`DECODE_BYTES`] a triangle, [`MODEL_BYTES`] for the models.
 
 use super::lattice::Lattice;
-use super::model::Model;
+use super::mix::Mixed;
+use super::model::{Fast, Model};
 use super::range::{Coder, Decoder, Encoder};
 use super::truth::{Blind, Surface};
+use super::turned::Turned;
 use super::walk::{Extent, Walk};
-use super::{Damaged, NONE};
-use crate::chunk::pair::{Pairs, SPECIAL};
-use crate::chunk::swirl::{NO_COMPONENT, Swirl};
+use super::{Damaged, Level, NONE};
 
-/// A part of a mesh.
+/// Bytes a triangle, at most three vertices to each, that [`encode`] takes besides its arguments.
+pub const ENCODE_BYTES: u64 = 190;
+/// Bytes a triangle that [`decode`] takes, its result included.
+pub const DECODE_BYTES: u64 = 140;
+/// Bytes of the models of either level.
+pub const MODEL_BYTES: u64 = 4 << 20;
+
+/// A part of a mesh, with local vertices.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Piece {
     /// Vertices of each triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Positions.
+    /// Positions of all vertices; those that neither a triangle nor `loose` names are left out.
     pub positions: Vec<[i32; 3]>,
+    /// Vertices that no triangle names.
+    pub loose: Vec<u32>,
 }
 
-/// The surface of a piece: turned so that neighbours agree.
-pub struct Turned {
-    v: Vec<u32>,
-    o: Vec<u32>,
-    turned: Vec<bool>,
-    degenerate: Vec<bool>,
-}
-
-/// The other number of a corner whose triangle was flipped.
-fn flipped(c: u32, flip: bool) -> u32 {
-    if flip { c / 3 * 3 + (3 - c % 3) % 3 } else { c }
-}
-
-impl Turned {
-    /// Pairs and turns the triangles.
-    pub fn new(piece: &Piece) -> Turned {
-        let flat = piece.triangles.as_flattened();
-        let mut pairs = Pairs::default();
-        pairs.pair(flat, &vec![false; piece.positions.len()]);
-        let mut swirl = Swirl::default();
-        swirl.walk(&pairs.opposite);
-        let flips: Vec<bool> = swirl
-            .label
-            .iter()
-            .map(|&l| l != NO_COMPONENT && l & 1 == 1)
-            .collect();
-        let mut v = vec![0; flat.len()];
-        let mut o = vec![NONE; flat.len()];
-        for c in 0..flat.len() as u32 {
-            let own = flips[c as usize / 3];
-            let at = flipped(c, own) as usize;
-            v[at] = flat[c as usize];
-            let across = pairs.opposite[c as usize];
-            if across >= SPECIAL {
-                continue;
-            }
-            let (other, parity) = (across >> 1, across & 1 == 1);
-            let its = flips[other as usize / 3];
-            if own ^ its == parity {
-                o[at] = flipped(other, its);
-            }
-        }
-        Turned {
-            v,
-            o,
-            degenerate: swirl.label.iter().map(|&l| l == NO_COMPONENT).collect(),
-            turned: flips,
-        }
-    }
+/// A coded piece.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Coded {
+    /// What a decoder must be told.
+    pub extent: Extent,
+    /// The bytes.
+    pub bytes: Vec<u8>,
+    /// The number that each vertex of the piece has in the chunk, or NONE.
+    pub numbers: Vec<u32>,
+    /// Bytes of the connectivity and of the positions, about.
+    pub split: [u64; 2],
 }
 
 /// Codes a piece.
-pub fn encode<M: Model>(piece: &Piece) -> (Vec<u8>, Vec<u32>, [u64; 2]) {
-    let turned = Turned::new(piece);
-    let mut coder = Encoder::new(Vec::new());
-    let whole = turned.degenerate.iter().filter(|d| !**d).count();
-    let extent = Extent {
-        triangles: whole,
-        vertices: piece.positions.len(),
-        turns: turned.turned.iter().any(|t| *t),
-    };
-    coder.plain(32, extent.triangles as u64);
-    coder.plain(32, extent.vertices as u64);
-    coder.plain(1, u64::from(extent.turns));
-    let mut surface = Surface::new(
-        &turned.v,
-        &turned.o,
-        &turned.turned,
-        &piece.positions,
-        |t| turned.degenerate[t],
-    );
-    let mut walk = Walk::<M>::new();
-    walk.places.lattice = Lattice::find(&piece.positions);
-    let done = walk.run(extent, &mut surface, &mut coder);
-    assert_eq!(done, Ok(()));
-    let split = [coder.spent() - walk.places.spent, walk.places.spent];
-    (coder.finish(), surface.into_numbers(), split)
+///
+/// # Errors
+/// [`Damaged`] when the walk contradicts itself, which is a fault of this program.
+pub fn encode(piece: &Piece, level: Level) -> Result<Coded, Damaged> {
+    match level {
+        Level::Fast => encode_with::<Fast>(piece),
+        Level::Strong => encode_with::<Mixed>(piece),
+    }
 }
 
-/// Decodes a piece.
-pub fn decode<M: Model>(bytes: &[u8]) -> Result<Piece, Damaged> {
-    let mut coder = Decoder::new(bytes);
+fn encode_with<M: Model>(piece: &Piece) -> Result<Coded, Damaged> {
+    let turned = Turned::new(piece.triangles.as_flattened(), piece.positions.len());
+    let mut surface = Surface::new(&turned, &piece.positions, &piece.loose);
+    let mut used = vec![false; piece.positions.len()];
+    for &v in piece.triangles.as_flattened().iter().chain(&piece.loose) {
+        used[v as usize] = true;
+    }
+    let degenerate = turned.degenerates();
     let extent = Extent {
-        triangles: coder.plain(32, 0) as usize,
-        vertices: coder.plain(32, 0) as usize,
-        turns: coder.plain(1, 0) == 1,
+        triangles: piece.triangles.len() - degenerate,
+        degenerate,
+        vertices: used.iter().filter(|u| **u).count(),
+        loose: piece.loose.len(),
+        turns: turned.turned.contains(&true),
     };
+    let mut coder = Encoder::new(Vec::new());
+    let mut walk = Walk::<M>::new();
+    walk.places.lattice = Lattice::find(&piece.positions, &used);
+    drop(used);
+    walk.run(extent, &mut surface, &mut coder)?;
+    let (all, places) = (coder.spent(), walk.places.spent);
+    Ok(Coded {
+        extent,
+        numbers: surface.into_numbers(),
+        bytes: coder.finish(),
+        split: [all - places, places].map(|bits| bits >> 19),
+    })
+}
+
+/// Decodes a chunk: its vertices in the order of their numbers.
+///
+/// # Errors
+/// [`Damaged`] when the bytes are not those of a chunk of this extent.
+pub fn decode(bytes: &[u8], extent: Extent, level: Level) -> Result<Piece, Damaged> {
+    match level {
+        Level::Fast => decode_with::<Fast>(bytes, extent),
+        Level::Strong => decode_with::<Mixed>(bytes, extent),
+    }
+}
+
+fn decode_with<M: Model>(bytes: &[u8], extent: Extent) -> Result<Piece, Damaged> {
+    let mut coder = Decoder::new(bytes);
     let mut walk = Walk::<M>::new();
     walk.run(extent, &mut Blind, &mut coder)?;
+    if !coder.ended() {
+        return Err(Damaged("another number of bytes than its triangles take"));
+    }
+    let vertices = walk.places.len();
+    let first_loose = (vertices - extent.loose) as u32;
     Ok(Piece {
-        positions: (0..walk.places.len())
-            .map(|v| walk.places.position(v))
-            .collect(),
+        positions: (0..vertices).map(|v| walk.places.position(v)).collect(),
         triangles: walk.triangles,
+        loose: (first_loose..vertices as u32).collect(),
     })
+}
+
+/// The vertices of a piece in the order of their numbers: the inverse of [`Coded::numbers`].
+pub fn order(numbers: &[u32]) -> Vec<u32> {
+    let count = numbers.iter().filter(|n| **n != NONE).count();
+    let mut order = vec![NONE; count];
+    for (v, &n) in numbers.iter().enumerate() {
+        if n != NONE {
+            order[n as usize] = v as u32;
+        }
+    }
+    order
 }

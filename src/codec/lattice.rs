@@ -27,10 +27,14 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// Finds the values that repeat.
-    pub fn find(positions: &[[i32; 3]]) -> Lattice {
+    /// Finds the values that repeat among the positions of the vertices in use.
+    pub fn find(positions: &[[i32; 3]], used: &[bool]) -> Lattice {
         let axis = |k: usize| {
-            let mut all: Vec<i32> = positions.iter().map(|p| p[k]).collect();
+            let mut all: Vec<i32> = positions
+                .iter()
+                .zip(used)
+                .filter_map(|(p, &used)| used.then_some(p[k]))
+                .collect();
             all.sort_unstable();
             repeated(&all)
         };

@@ -10,6 +10,7 @@ pub mod predict;
 pub mod range;
 pub mod spread;
 pub mod truth;
+pub mod turned;
 pub mod vec;
 pub mod walk;
 
@@ -19,3 +20,13 @@ pub const NONE: u32 = u32::MAX;
 /// What a decoder was told that no encoder says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Damaged(pub &'static str);
+
+/// How much is spent on smallness.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Level {
+    /// One context a bit.
+    #[default]
+    Fast,
+    /// Several contexts a bit, mixed.
+    Strong,
+}

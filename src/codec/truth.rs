@@ -7,6 +7,7 @@
 
 use super::NONE;
 use super::border::Border;
+use super::turned::Turned;
 
 /// The next corner of the same triangle.
 #[inline]
@@ -41,6 +42,10 @@ pub trait Truth {
     fn visit(&mut self, corner: u32);
     /// The border edge that a corner of a coded triangle faces.
     fn faces(&mut self, corner: u32, edge: u32);
+    /// The first corner of the next triangle that names a vertex twice.
+    fn degenerate(&mut self) -> u32;
+    /// Gives the next vertex that no triangle names a number; where it lies.
+    fn loose(&mut self, number: u32) -> [i32; 3];
     /// The edge of the border that starts at a corner's vertex, where its fan comes to the border.
     fn link(&self, corner: u32, border: &Border) -> u32;
 }
@@ -71,6 +76,12 @@ impl Truth for Blind {
     }
     fn visit(&mut self, _: u32) {}
     fn faces(&mut self, _: u32, _: u32) {}
+    fn degenerate(&mut self) -> u32 {
+        0
+    }
+    fn loose(&mut self, _: u32) -> [i32; 3] {
+        [0; 3]
+    }
     fn link(&self, _: u32, _: &Border) -> u32 {
         NONE
     }
@@ -79,38 +90,28 @@ impl Truth for Blind {
 /// The encoder's: a chunk whose triangles were paired and turned to agree.
 #[derive(Debug)]
 pub struct Surface<'a> {
-    /// Vertex of each corner.
-    pub v: &'a [u32],
-    /// Opposite of each corner; links that contradict the orientation are cut.
-    pub o: &'a [u32],
-    /// Triangles that were turned.
-    pub turned: &'a [bool],
-    /// Where the vertices lie.
-    pub positions: &'a [[i32; 3]],
+    mesh: &'a Turned,
+    positions: &'a [[i32; 3]],
+    loose: &'a [u32],
     numbers: Vec<u32>,
     edges: Vec<u32>,
     visited: Vec<bool>,
     from: usize,
+    degenerate: usize,
 }
 
 impl<'a> Surface<'a> {
-    /// Nothing is coded yet. Triangles for which `skip` holds count as coded.
-    pub fn new(
-        v: &'a [u32],
-        o: &'a [u32],
-        turned: &'a [bool],
-        positions: &'a [[i32; 3]],
-        skip: impl Fn(usize) -> bool,
-    ) -> Surface<'a> {
+    /// Nothing is coded yet. `loose` are the vertices that no triangle names.
+    pub fn new(mesh: &'a Turned, positions: &'a [[i32; 3]], loose: &'a [u32]) -> Surface<'a> {
         Surface {
-            v,
-            o,
-            turned,
+            mesh,
             positions,
+            loose,
             numbers: vec![NONE; positions.len()],
-            edges: vec![NONE; v.len()],
-            visited: (0..v.len() / 3).map(skip).collect(),
+            edges: vec![NONE; mesh.v.len()],
+            visited: mesh.degenerate.clone(),
             from: 0,
+            degenerate: 0,
         }
     }
 
@@ -134,31 +135,31 @@ impl Truth for Surface<'_> {
 
     #[inline]
     fn across(&self, corner: u32) -> u32 {
-        let o = self.o[corner as usize];
+        let o = self.mesh.o[corner as usize];
         if o == NONE || self.came(o) { NONE } else { o }
     }
 
     #[inline]
     fn opposite(&self, corner: u32) -> u32 {
-        self.o[corner as usize]
+        self.mesh.o[corner as usize]
     }
 
     #[inline]
     fn number(&self, corner: u32) -> u32 {
-        self.numbers[self.v[corner as usize] as usize]
+        self.numbers[self.mesh.v[corner as usize] as usize]
     }
 
     fn meet(&mut self, corner: u32, number: u32) {
-        self.numbers[self.v[corner as usize] as usize] = number;
+        self.numbers[self.mesh.v[corner as usize] as usize] = number;
     }
 
     #[inline]
     fn position(&self, corner: u32) -> [i32; 3] {
-        self.positions[self.v[corner as usize] as usize]
+        self.positions[self.mesh.v[corner as usize] as usize]
     }
 
     fn reversed(&self, corner: u32) -> bool {
-        self.turned[corner as usize / 3]
+        self.mesh.turned[corner as usize / 3]
     }
 
     #[inline]
@@ -171,6 +172,23 @@ impl Truth for Surface<'_> {
         self.edges[corner as usize] = edge;
     }
 
+    fn degenerate(&mut self) -> u32 {
+        while !self.mesh.degenerate[self.degenerate] {
+            self.degenerate += 1;
+        }
+        self.degenerate += 1;
+        3 * (self.degenerate as u32 - 1)
+    }
+
+    fn loose(&mut self, number: u32) -> [i32; 3] {
+        let Some((&v, rest)) = self.loose.split_first() else {
+            return [0; 3];
+        };
+        self.loose = rest;
+        self.numbers[v as usize] = number;
+        self.positions[v as usize]
+    }
+
     /// Turns about the vertex both ways at once, through triangles that are still to come, until
     /// one that has come is met: its edge is on the border, and starts or ends at the vertex.
     fn link(&self, corner: u32, border: &Border) -> u32 {
@@ -180,7 +198,7 @@ impl Truth for Surface<'_> {
         let (mut ahead_ends, mut back_ends) = (false, false);
         while !(ahead_ends && back_ends) {
             if !ahead_ends {
-                let y = self.o[next(ahead) as usize];
+                let y = self.mesh.o[next(ahead) as usize];
                 if y == NONE {
                     ahead_ends = true;
                 } else if self.came(y) {
@@ -197,7 +215,7 @@ impl Truth for Surface<'_> {
                 }
             }
             if !back_ends {
-                let y = self.o[prev(back) as usize];
+                let y = self.mesh.o[prev(back) as usize];
                 if y == NONE {
                     back_ends = true;
                 } else if self.came(y) {

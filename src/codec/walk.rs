@@ -49,12 +49,16 @@ pub struct Walk<M> {
 }
 
 /// What the walk has to code.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Extent {
-    /// Triangles.
+    /// Triangles, without those that name a vertex twice.
     pub triangles: usize,
-    /// No more vertices than this.
+    /// Triangles that name a vertex twice.
+    pub degenerate: usize,
+    /// Vertices, with the loose ones.
     pub vertices: usize,
+    /// Vertices that no triangle names.
+    pub loose: usize,
     /// True when triangles may be turned against their neighbours.
     pub turns: bool,
 }
@@ -99,6 +103,22 @@ impl<M: Model> Walk<M> {
                 }
             }
         }
+        for _ in 0..extent.degenerate {
+            let x = truth.degenerate();
+            let tri = self.corners([x, next(x), prev(x)], truth, coder)?;
+            self.triangles.push(tri);
+            if self.places.len() > extent.vertices {
+                return Err(Damaged("more vertices than stated"));
+            }
+        }
+        for i in 0..extent.loose {
+            let fresh = self.places.len() as u32;
+            let truth = truth.loose(fresh);
+            self.places.lone(&mut self.model, coder, i > 0, truth)?;
+        }
+        if self.places.len() != extent.vertices {
+            return Err(Damaged("another number of vertices than stated"));
+        }
         Ok(())
     }
 
@@ -106,20 +126,7 @@ impl<M: Model> Walk<M> {
     fn seed(&mut self, truth: &mut impl Truth, coder: &mut impl Coder) -> Result<(), Damaged> {
         let x = truth.seed();
         let corners = [x, next(x), prev(x)];
-        let mut tri = [0; 3];
-        for k in 0..3 {
-            tri[k] = match self.met(corners[k], 0, truth, coder)? {
-                Some(number) => number,
-                None => {
-                    let fresh = self.places.len() as u32;
-                    truth.meet(corners[k], fresh);
-                    let truth = truth.position(corners[k]);
-                    self.places.lone(&mut self.model, coder, k > 0, truth)?;
-                    self.valence.push(0);
-                    fresh
-                }
-            };
-        }
+        let tri = self.corners(corners, truth, coder)?;
         self.emit(tri, x, truth, coder)?;
         self.border.clear();
         let edges: [u32; 3] = std::array::from_fn(|k| {
@@ -133,6 +140,30 @@ impl<M: Model> Walk<M> {
         }
         edges.iter().for_each(|&e| self.touch(e));
         Ok(())
+    }
+
+    /// The vertices of three corners, each met before or alone.
+    fn corners(
+        &mut self,
+        corners: [u32; 3],
+        truth: &mut impl Truth,
+        coder: &mut impl Coder,
+    ) -> Result<[u32; 3], Damaged> {
+        let mut tri = [0; 3];
+        for (k, &corner) in corners.iter().enumerate() {
+            tri[k] = match self.met(corner, 0, truth, coder)? {
+                Some(number) => number,
+                None => {
+                    let fresh = self.places.len() as u32;
+                    truth.meet(corner, fresh);
+                    let truth = truth.position(corner);
+                    self.places.lone(&mut self.model, coder, k > 0, truth)?;
+                    self.valence.push(0);
+                    fresh
+                }
+            };
+        }
+        Ok(tri)
     }
 
     /// Codes whether a corner's vertex was met before, and if so which it is.
