@@ -4,6 +4,8 @@
 //! 2 usage, 3 bad input, 4 I/O or disk full, 5 budget too small, 70 internal error.
 
 mod build;
+mod decode;
+mod encode;
 mod export;
 mod info;
 mod progress;
@@ -30,6 +32,10 @@ enum Command {
     Build(Box<build::BuildArgs>),
     /// Say what a mesh folder holds, from its manifest
     Info(info::InfoArgs),
+    /// Write a mesh folder as a compressed file
+    Encode(encode::EncodeArgs),
+    /// Bring a compressed file back: as a mesh folder, or in any format that export writes
+    Decode(decode::DecodeArgs),
     /// Write a mesh folder, or chosen components of it, as PLY, STL, OBJ, OFF or .npy
     Export(export::ExportArgs),
     /// Check a mesh folder fully and independently
@@ -58,6 +64,8 @@ pub fn run() -> ExitCode {
     };
     let command = || match &cli.command {
         Command::Build(args) => build::run(args),
+        Command::Encode(args) => encode::run(args),
+        Command::Decode(args) => decode::run(args),
         Command::Export(args) => export::run(args),
         Command::Info(args) => info::run(args),
         Command::Verify(args) => verify::run(args),

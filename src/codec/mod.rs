@@ -2,12 +2,19 @@
 
 pub mod border;
 pub mod chunk;
+mod deal;
+pub mod decode;
+pub mod encode;
+pub mod file;
+mod gather;
+pub mod grid;
 pub mod lattice;
 pub mod mix;
 pub mod model;
 pub mod place;
 pub mod predict;
 pub mod range;
+pub mod seam;
 pub mod spread;
 pub mod truth;
 pub mod turned;

@@ -84,7 +84,9 @@ pub const LISTED: Family = family(Some(RESIDUAL), 3 * 3 * 8 * 8, 1);
 pub const STEP: Family = family(Some(LISTED), 3 * 64, NUMBER_BINS);
 /// The repeated coordinates.
 pub const LIST: Family = family(Some(STEP), 2, NUMBER_BINS);
-const LAST: Family = LIST;
+/// Which vertex of an earlier chunk is meant.
+pub const REFERENCE: Family = family(Some(LIST), 3, NUMBER_BINS);
+const LAST: Family = REFERENCE;
 /// Number of main contexts with their bins, of all families.
 pub const FAST_SIZE: usize = (LAST.base + LAST.bins * LAST.mains) as usize;
 /// Number of families.
