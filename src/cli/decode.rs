@@ -55,7 +55,13 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
         let points = packed.head.coords > 0;
         drop(packed);
         match Format::of(&args.output) {
-            None => build(args, &v, points.then_some(&*g), count.vertices, &args.output)?,
+            None => build(
+                args,
+                &v,
+                points.then_some(&*g),
+                count.vertices,
+                &args.output,
+            )?,
             Some(format) => {
                 let folder = temp.path().join("mesh.ct");
                 build(args, &v, points.then_some(&*g), count.vertices, &folder)?;

@@ -124,6 +124,8 @@ impl Border {
 
     /// True when the edge with this number is in a loop.
     pub fn alive(&self, e: u32) -> bool {
-        self.edges.get(e as usize).is_some_and(|edge| edge.stamp != 0)
+        self.edges
+            .get(e as usize)
+            .is_some_and(|edge| edge.stamp != 0)
     }
 }

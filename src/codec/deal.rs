@@ -98,7 +98,9 @@ pub(super) fn deal<W: Index>(
     let counts = &folder.manifest().counts;
     let (t, n) = (counts.triangles, counts.vertices);
     let intervals = (t.max(n) / SHARE + 1).min(u64::from(u16::MAX));
-    let marks = ws.budget.lease("marks of shared vertices", n.div_ceil(64) * 8)?;
+    let marks = ws
+        .budget
+        .lease("marks of shared vertices", n.div_ceil(64) * 8)?;
     let map_bytes = if intervals > 1 { 2 * n } else { 0 };
     let passing = ws.budget.lease(
         "the interval of each vertex",
@@ -164,7 +166,8 @@ impl Map {
         }
         of.reserve_exact(vertices as usize);
         let Some((kind, file)) = g else {
-            let interval = |v: u64| (u128::from(v) * u128::from(intervals) / u128::from(vertices)) as u16;
+            let interval =
+                |v: u64| (u128::from(v) * u128::from(intervals) / u128::from(vertices)) as u16;
             of.extend((0..vertices).map(interval));
             return Ok(Map { of });
         };

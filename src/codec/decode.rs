@@ -109,7 +109,9 @@ impl Arrays {
                 _ => {
                     ids.push(base + own);
                     own += 1;
-                    packed.grid.restore(packed.head.coords == 8, at, &mut points);
+                    packed
+                        .grid
+                        .restore(packed.head.coords == 8, at, &mut points);
                 }
             }
         }

@@ -102,7 +102,9 @@ fn encode_as<W: Index>(
     let grid = Grid::find(ws, g.as_ref(), counts.vertices, request.precision)?;
     let dealt = deal::<W>(ws, folder, g.as_ref(), grid)?;
     let chunks = Chunks::new(&dealt.counts);
-    let _table = ws.budget.lease("the table of chunks", chunks.total() * 200)?;
+    let _table = ws
+        .budget
+        .lease("the table of chunks", chunks.total() * 200)?;
     let job = Job {
         ws,
         g: g.as_ref(),
@@ -332,8 +334,16 @@ fn entry_of(coded: &Coded, piece: &Piece, order: &[u32]) -> Entry {
         debug_assert!(local != NONE);
         let at = piece.positions[local as usize];
         for k in 0..3 {
-            entry.low[k] = if i == 0 { at[k] } else { entry.low[k].min(at[k]) };
-            entry.high[k] = if i == 0 { at[k] } else { entry.high[k].max(at[k]) };
+            entry.low[k] = if i == 0 {
+                at[k]
+            } else {
+                entry.low[k].min(at[k])
+            };
+            entry.high[k] = if i == 0 {
+                at[k]
+            } else {
+                entry.high[k].max(at[k])
+            };
         }
     }
     entry
@@ -379,7 +389,10 @@ impl<'a> Out<'a> {
 
     /// Copies bytes of a scratch file.
     fn copy(&mut self, from: &crate::disk::ScratchFile, at: u64, bytes: u64) -> Result<()> {
-        let _lease = self.ws.budget.lease("a block of coded bytes", SORT_BYTES / 4)?;
+        let _lease = self
+            .ws
+            .budget
+            .lease("a block of coded bytes", SORT_BYTES / 4)?;
         let mut buf = vec![0; (SORT_BYTES / 4).min(bytes) as usize];
         let mut done = 0;
         while done < bytes {
@@ -403,7 +416,11 @@ impl<'a> Out<'a> {
         match kept {
             Ok(_) => Ok(self.written),
             Err(e) if e.error.kind() == std::io::ErrorKind::AlreadyExists => Err(exists(target)),
-            Err(e) => Err(Error::io(target, "give the finished file its name", e.error)),
+            Err(e) => Err(Error::io(
+                target,
+                "give the finished file its name",
+                e.error,
+            )),
         }
     }
 }

@@ -169,7 +169,9 @@ impl Entry {
             .is_some_and(|sum| sum <= end);
         self.at == at
             && sized
-            && [self.triangles, self.degenerate, self.loose].into_iter().all(small)
+            && [self.triangles, self.degenerate, self.loose]
+                .into_iter()
+                .all(small)
             && self.all_triangles() + self.loose <= MOST_TRIANGLES
             && self.vertices <= 3 * self.all_triangles() + self.loose
             && self.loose <= self.vertices
@@ -210,7 +212,13 @@ impl Packed {
         file.read_at(bytemuck::bytes_of_mut(&mut head), 0)?;
         if head.magic != MAGIC {
             let help = "give a file that `cornermill encode` wrote";
-            return Err(Error::input(path, "byte 0", "a .cmz file", "other bytes", help));
+            return Err(Error::input(
+                path,
+                "byte 0",
+                "a .cmz file",
+                "other bytes",
+                help,
+            ));
         }
         if head.version != VERSION {
             let (expected, found) = (format!("version {VERSION}"), head.version.to_string());

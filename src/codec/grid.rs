@@ -67,9 +67,9 @@ impl Grid {
                     .into(),
             )),
             Precision::Exact => Ok(Grid::Bits),
-            Precision::Bits(bits) if !(8..=24).contains(&bits) => {
-                Err(Error::Usage(format!("--bits goes from 8 to 24, not {bits}")))
-            }
+            Precision::Bits(bits) if !(8..=24).contains(&bits) => Err(Error::Usage(format!(
+                "--bits goes from 8 to 24, not {bits}"
+            ))),
             Precision::Step(step) if !(step.is_finite() && step > 0.0) => {
                 Err(Error::Usage(format!("--step must be above 0, not {step}")))
             }
@@ -163,12 +163,7 @@ fn disordered(x: i32) -> u32 {
 }
 
 /// Least coordinates and largest extent.
-fn extent(
-    ws: &Workspace,
-    kind: Coords,
-    file: &DataFile,
-    vertices: u64,
-) -> Result<([f64; 3], f64)> {
+fn extent(ws: &Workspace, kind: Coords, file: &DataFile, vertices: u64) -> Result<([f64; 3], f64)> {
     let row = kind.row_bytes() as u64;
     let _lease = ws.budget.lease("a block of G", ROWS * row)?;
     let mut buf = vec![0; (ROWS * row) as usize];
@@ -209,7 +204,16 @@ mod tests {
 
     #[test]
     fn bits_of_floats_keep_their_order_and_come_back() {
-        let floats = [f32::NEG_INFINITY, -2.5, -1e-40, -0.0, 0.0, 1e-40, 1.0, f32::INFINITY];
+        let floats = [
+            f32::NEG_INFINITY,
+            -2.5,
+            -1e-40,
+            -0.0,
+            0.0,
+            1e-40,
+            1.0,
+            f32::INFINITY,
+        ];
         let ints = floats.map(|x| ordered(x.to_bits()));
         assert!(ints.is_sorted() && ints[3] < ints[4]);
         for bits in [0, 1, 0x7fc0_0001, 0xffc1_2345, 0x8000_0000, u32::MAX] {

@@ -8,9 +8,9 @@
 //!
 //! Memory: 4 bytes a value, at most one value for each [`WORTH`] vertices.
 
+use super::Damaged;
 use super::model::{self, Contexts, Model};
 use super::range::Coder;
-use super::Damaged;
 
 /// A value is listed when so many vertices share it at least.
 const WORTH: usize = 4;
@@ -85,10 +85,16 @@ impl Lattice {
     #[inline]
     pub fn nearest(&self, axis: usize, at: i64) -> (usize, i64) {
         let list = &self.values[axis];
-        let above = list.partition_point(|&v| i64::from(v) < at).min(list.len() - 1);
+        let above = list
+            .partition_point(|&v| i64::from(v) < at)
+            .min(list.len() - 1);
         let below = above.saturating_sub(1);
         let off = |i: usize| (i64::from(list[i]) - at).abs();
-        let near = if off(below) < off(above) { below } else { above };
+        let near = if off(below) < off(above) {
+            below
+        } else {
+            above
+        };
         let (first, last) = (near.saturating_sub(1), (near + 1).min(list.len() - 1));
         let width = i64::from(list[last]) - i64::from(list[first]);
         (near, (width / (last - first).max(1) as i64).max(1))

@@ -78,9 +78,9 @@ impl Places {
 
     /// The neighbourhood of a new vertex: a, b, c, z, and the apexes at the gate, right, left.
     pub fn around(&self, [a, b, c, z, d, y]: [u32; 6], [apex, right, left]: [u32; 3]) -> Surround {
-        let listed = [apex, a, b].into_iter().fold(0, |m, v| {
-            m << 3 | u32::from(self.places[v as usize].listed)
-        });
+        let listed = [apex, a, b]
+            .into_iter()
+            .fold(0, |m, v| m << 3 | u32::from(self.places[v as usize].listed));
         let rough = |v: u32| usize::from(self.places[v as usize].rough);
         Surround {
             around: Around {
@@ -258,7 +258,9 @@ impl Places {
         };
         let truth = found.map_or(0, |i| i as i64 - near as i64);
         let step = model.number(coder, model::STEP, &contexts, (0, hint), truth);
-        let value = usize::try_from(near as i64 + step).ok().and_then(|i| list.get(i));
+        let value = usize::try_from(near as i64 + step)
+            .ok()
+            .and_then(|i| list.get(i));
         match value {
             Some(value) => Ok(Some(*value)),
             None => Err(Damaged("a coordinate beyond the list")),

@@ -134,7 +134,10 @@ impl Weights {
         }
         if self.count >= WINDOW {
             self.count /= 2;
-            self.squares.as_flattened_mut().iter_mut().for_each(|x| *x /= 2);
+            self.squares
+                .as_flattened_mut()
+                .iter_mut()
+                .for_each(|x| *x /= 2);
             self.products.iter_mut().for_each(|x| *x /= 2);
         }
     }
@@ -185,7 +188,9 @@ impl Predictor {
     /// Knows nothing but parallelograms.
     pub fn new() -> Predictor {
         Predictor {
-            classes: (0..CLASSES).map(|c| Weights::new(c / (BENDS * BENDS))).collect(),
+            classes: (0..CLASSES)
+                .map(|c| Weights::new(c / (BENDS * BENDS)))
+                .collect(),
         }
     }
 

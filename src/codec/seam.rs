@@ -144,7 +144,10 @@ fn code_all(
     out: &ScratchFile,
 ) -> Result<()> {
     // At most three references a triangle, of at most eight bytes each.
-    let _lease = ws.budget.lease("coded references", MODEL_BYTES + 24 * super::file::MOST_TRIANGLES)?;
+    let _lease = ws.budget.lease(
+        "coded references",
+        MODEL_BYTES + 24 * super::file::MOST_TRIANGLES,
+    )?;
     let mut state: Option<(u64, State, Encoder)> = None;
     let mut flush = |state: Option<(u64, State, Encoder)>| -> Result<()> {
         if let Some((chunk, state, coder)) = state {
@@ -200,7 +203,9 @@ impl State {
     fn code(&mut self, coder: &mut impl Coder, truth: Reference) -> Reference {
         let contexts = [0, 1, 2].map(Contexts::of);
         let gap = truth.number.wrapping_sub(self.last.number);
-        let gap = self.model.size(coder, model::REFERENCE, &contexts[0], 4, gap);
+        let gap = self
+            .model
+            .size(coder, model::REFERENCE, &contexts[0], 4, gap);
         let step = truth.chunk.wrapping_sub(self.last.chunk) as i64;
         let step = self
             .model

@@ -97,17 +97,16 @@ impl Spreads {
         let axes = order(frame[2]);
         let at = |i: usize, j: usize| c[axes[i].max(axes[j])][axes[i].min(axes[j])];
         let d0 = at(0, 0).max(1);
-        let factor = |part: i64, whole: i64| {
-            ((part << FACTOR) / whole).clamp(-64 << FACTOR, 64 << FACTOR)
-        };
+        let factor =
+            |part: i64, whole: i64| ((part << FACTOR) / whole).clamp(-64 << FACTOR, 64 << FACTOR);
         let f10 = factor(at(1, 0), d0);
         let d1 = (at(1, 1) - ((f10 * at(1, 0)) >> FACTOR)).max(rounding + 1);
         let f20 = factor(at(2, 0), d0);
         let rest = at(2, 1) - ((f20 * at(1, 0)) >> FACTOR);
         let f21 = factor(rest, d1);
         let d2 = at(2, 2) - ((f20 * at(2, 0)) >> FACTOR) - ((f21 * rest) >> FACTOR);
-        let logs = [d0, d1, d2.max(rounding + 1)]
-            .map(|d| super::vec::log4(d as u64) + 4 * up as i32);
+        let logs =
+            [d0, d1, d2.max(rounding + 1)].map(|d| super::vec::log4(d as u64) + 4 * up as i32);
         Shape {
             axes,
             factors: [f10, f20, f21],
@@ -171,7 +170,9 @@ fn frame(around: &Around) -> [Vec3; 3] {
     let mut along = unit(sub(b, a));
     // The part along the normal is taken off.
     let off = dot(along, normal) >> UNIT;
-    along = unit(std::array::from_fn(|i| along[i] - ((normal[i] * off) >> UNIT)));
+    along = unit(std::array::from_fn(|i| {
+        along[i] - ((normal[i] * off) >> UNIT)
+    }));
     if along == [0; 3] {
         let axis = order(normal)[0];
         let mut pick = [0; 3];

@@ -9,16 +9,20 @@ use super::NONE;
 use super::border::Border;
 use super::turned::Turned;
 
-/// The next corner of the same triangle.
+/// The next corner of the same triangle. (Of NONE, which only the decoder has, anything.)
 #[inline]
 pub fn next(c: u32) -> u32 {
-    if c % 3 == 2 { c - 2 } else { c + 1 }
+    if c % 3 == 2 { c - 2 } else { c.wrapping_add(1) }
 }
 
 /// The corner before.
 #[inline]
 pub fn prev(c: u32) -> u32 {
-    if c.is_multiple_of(3) { c + 2 } else { c - 1 }
+    if c.is_multiple_of(3) {
+        c.wrapping_add(2)
+    } else {
+        c - 1
+    }
 }
 
 /// The surface as far as one side knows it. Corners are those of triangles that agree in

@@ -56,7 +56,11 @@ pub fn log4(x: u64) -> i32 {
         return 0;
     }
     let top = 63 - x.leading_zeros();
-    let two = if top >= 2 { x >> (top - 2) } else { x << (2 - top) };
+    let two = if top >= 2 {
+        x >> (top - 2)
+    } else {
+        x << (2 - top)
+    };
     (4 * top + (two as u32 & 3)) as i32
 }
 

@@ -438,7 +438,10 @@ impl<M: Model> Walk<M> {
             truth.link(x, &self.border)
         };
         let contexts = Contexts::of(gap);
-        if !self.model.bit(coder, model::NEW, 0, &contexts, target == NONE) {
+        if !self
+            .model
+            .bit(coder, model::NEW, 0, &contexts, target == NONE)
+        {
             let m = self.target(e, target, coder)?;
             return self.link(e, m, x, truth, coder);
         }
@@ -522,7 +525,8 @@ impl<M: Model> Walk<M> {
             }
         }
         let position = truth.position(x);
-        self.places.fresh(&mut self.model, coder, &around, position)?;
+        self.places
+            .fresh(&mut self.model, coder, &around, position)?;
         for edge in [e, f] {
             if self.border.alive(edge) {
                 let p = self.border[edge].prev;
