@@ -64,15 +64,12 @@ pub(super) fn run(args: &EncodeArgs) -> Result<Outcome> {
         (_, Some(step)) => Precision::Step(step),
         _ => Precision::Exact,
     };
-    let request = EncodeRequest {
-        target: args.output.clone(),
-        precision,
-        level: match args.level {
-            LevelArg::Fast => Level::Fast,
-            LevelArg::Strong => Level::Strong,
-        },
-        force: args.force,
+    let mut request = EncodeRequest::new(&args.output, precision);
+    request.level = match args.level {
+        LevelArg::Fast => Level::Fast,
+        LevelArg::Strong => Level::Strong,
     };
+    request.force = args.force;
     let ws = args.work.workspace(parent(&args.output))?;
     let folder = Folder::open(&args.folder, &ws.io)?;
     let count = encode(&ws, &folder, &request)?;

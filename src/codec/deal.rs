@@ -9,7 +9,6 @@
 //! Memory: 2 bytes and 2 bits a vertex of the mesh, 2 MiB for the cubes, a writer of the shuffle.
 //! I/O: G twice, V once; 20 bytes a triangle written (40 when ids are wide).
 
-use super::file::MOST_TRIANGLES;
 use super::grid::Grid;
 use crate::corner::Index;
 use crate::disk::{DataFile, Lease, Workspace};
@@ -20,8 +19,6 @@ use crate::shuffle::{Buckets, Plan, Record, Shuffle};
 use crate::table::array::{self, Coords, Width};
 use bytemuck::{Pod, Zeroable};
 
-/// Triangles that an interval should have: some less than a chunk may.
-const SHARE: u64 = MOST_TRIANGLES / 4 * 3;
 /// Bits of an axis in the numbers of cubes.
 const CUBE_BITS: u32 = 6;
 /// Rows of V or G that are read at a time.
@@ -85,7 +82,7 @@ pub(super) struct Deal<W> {
     _lease: Lease,
 }
 
-/// Deals all triangles, and the vertices that none of them names.
+/// Deals all triangles, and the vertices that none of them names, to chunks of `most` of them.
 ///
 /// # Errors
 /// [`Error::Budget`], [`Error::Io`], [`Error::DiskLimit`]; [`Error::Input`] for a damaged folder.
@@ -94,10 +91,12 @@ pub(super) fn deal<W: Index>(
     folder: &Folder,
     g: Option<&(Coords, DataFile)>,
     grid: Grid,
+    most: u64,
 ) -> Result<Deal<W>> {
     let counts = &folder.manifest().counts;
     let (t, n) = (counts.triangles, counts.vertices);
-    let intervals = (t.max(n) / SHARE + 1).min(u64::from(u16::MAX));
+    // Some less than a chunk may have, since shares are equal only about.
+    let intervals = (t.max(n) / (most * 3 / 4).max(1) + 1).min(u64::from(u16::MAX));
     let marks = ws
         .budget
         .lease("marks of shared vertices", n.div_ceil(64) * 8)?;

@@ -46,6 +46,22 @@ pub struct EncodeRequest {
     pub level: Level,
     /// Replace a file that exists.
     pub force: bool,
+    /// For tests: the most triangles of a chunk, at most [`MOST_TRIANGLES`].
+    #[doc(hidden)]
+    pub most: u64,
+}
+
+impl EncodeRequest {
+    /// A request for the fast level that replaces nothing.
+    pub fn new(target: impl Into<PathBuf>, precision: Precision) -> EncodeRequest {
+        EncodeRequest {
+            target: target.into(),
+            precision,
+            level: Level::Fast,
+            force: false,
+            most: MOST_TRIANGLES,
+        }
+    }
 }
 
 /// What was written.
@@ -100,8 +116,8 @@ fn encode_as<W: Index>(
         None => None,
     };
     let grid = Grid::find(ws, g.as_ref(), counts.vertices, request.precision)?;
-    let dealt = deal::<W>(ws, folder, g.as_ref(), grid)?;
-    let chunks = Chunks::new(&dealt.counts);
+    let dealt = deal::<W>(ws, folder, g.as_ref(), grid, request.most)?;
+    let chunks = Chunks::new(&dealt.counts, request.most);
     let _table = ws
         .budget
         .lease("the table of chunks", chunks.total() * 200)?;
@@ -159,10 +175,10 @@ struct Chunks {
 }
 
 impl Chunks {
-    fn new(counts: &[u64]) -> Chunks {
+    fn new(counts: &[u64], most: u64) -> Chunks {
         let mut first = vec![0];
         for count in counts {
-            first.push(first[first.len() - 1] + count.div_ceil(MOST_TRIANGLES));
+            first.push(first[first.len() - 1] + count.div_ceil(most));
         }
         Chunks {
             counts: counts.to_vec(),
