@@ -72,7 +72,7 @@ fn encode_with<M: Model>(piece: &Piece) -> Result<Coded, Damaged> {
         turns: turned.turned.contains(&true),
     };
     let mut coder = Encoder::new(Vec::new());
-    let mut walk = Walk::<M>::new();
+    let mut walk = Walk::<M>::default();
     walk.places.lattice = Lattice::find(&piece.positions, &used);
     drop(used);
     walk.run(extent, &mut surface, &mut coder)?;
@@ -98,7 +98,7 @@ pub fn decode(bytes: &[u8], extent: Extent, level: Level) -> Result<Piece, Damag
 
 fn decode_with<M: Model>(bytes: &[u8], extent: Extent) -> Result<Piece, Damaged> {
     let mut coder = Decoder::new(bytes);
-    let mut walk = Walk::<M>::new();
+    let mut walk = Walk::<M>::default();
     walk.run(extent, &mut Blind, &mut coder)?;
     if !coder.ended() {
         return Err(Damaged("another number of bytes than its triangles take"));

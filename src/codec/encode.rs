@@ -12,13 +12,13 @@
 //! Memory: [`CHUNK_BYTES`] for each triangle of a chunk and thread, with fewer threads when there
 //! is less; what the dealing and the sorts state. I/O: theirs, G once more by chunk, the file twice.
 
+use super::Level;
 use super::chunk::{self, Coded, ENCODE_BYTES, MODEL_BYTES, Piece, order};
 use super::deal::{Deal, Dealt, deal};
 use super::file::{Entry, Head, MOST_TRIANGLES, ending};
 use super::gather::Gather;
 use super::grid::{Grid, Precision};
 use super::seam::{self, SORT_BYTES, Span, Use};
-use super::{Level, NONE};
 use crate::chunk::ids::{LocalIds, TABLE_BYTES};
 use crate::corner::Index;
 use crate::disk::{DataFile, Workers, Workspace};
@@ -346,22 +346,12 @@ fn entry_of(coded: &Coded, piece: &Piece, order: &[u32]) -> Entry {
         connectivity: coded.split[0].min(coded.bytes.len() as u64),
         ..Entry::default()
     };
-    for (i, &local) in order.iter().enumerate() {
-        debug_assert!(local != NONE);
-        let at = piece.positions[local as usize];
-        for k in 0..3 {
-            entry.low[k] = if i == 0 {
-                at[k]
-            } else {
-                entry.low[k].min(at[k])
-            };
-            entry.high[k] = if i == 0 {
-                at[k]
-            } else {
-                entry.high[k].max(at[k])
-            };
-        }
-    }
+    let points = || order.iter().map(|&local| piece.positions[local as usize]);
+    let extreme = |most: fn(i32, i32) -> i32| {
+        let of = |p: [i32; 3], q: [i32; 3]| std::array::from_fn(|k| most(p[k], q[k]));
+        points().reduce(of).unwrap_or([0; 3])
+    };
+    (entry.low, entry.high) = (extreme(i32::min), extreme(i32::max));
     entry
 }
 

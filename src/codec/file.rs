@@ -281,7 +281,7 @@ impl Packed {
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn len(&self) -> Result<u64> {
+    pub fn bytes(&self) -> Result<u64> {
         self.file.len()
     }
 
@@ -291,7 +291,7 @@ impl Packed {
     /// [`Error::Io`].
     pub fn describe(&self) -> Result<String> {
         let sum = |of: fn(&Entry) -> u64| self.entries.iter().map(of).sum::<u64>();
-        let bytes = self.len()?;
+        let bytes = self.bytes()?;
         let references = sum(|e| e.reference_bytes);
         let connectivity = sum(|e| e.connectivity) + references;
         let positions = sum(|e| e.bytes - e.connectivity);

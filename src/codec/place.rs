@@ -20,7 +20,7 @@ struct Place {
 }
 
 /// All vertices coded so far.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Places {
     places: Vec<Place>,
     predictor: Predictor,
@@ -43,17 +43,6 @@ impl Around {
 }
 
 impl Places {
-    /// No vertex.
-    pub fn new() -> Places {
-        Places {
-            places: Vec::new(),
-            predictor: Predictor::new(),
-            spreads: Spreads::new(),
-            lattice: Lattice::default(),
-            spent: 0,
-        }
-    }
-
     /// Number of vertices.
     pub fn len(&self) -> usize {
         self.places.len()
@@ -234,7 +223,7 @@ impl Places {
                 mask << 16 | around,
                 mask << 8 | far,
                 mask << 16 | (around & 63) << 8 | far,
-                mask << 8 | spread / 2,
+                mask << 8 | (spread / 2),
                 around << 2 | spot.k as u32,
                 mask,
             ],

@@ -147,22 +147,24 @@ impl Weights {
         const Q: u32 = 32;
         let mut m = [[0i128; FEATURES + 1]; FEATURES];
         let ridge: i128 = 16 << 12;
-        for i in 0..FEATURES {
-            for j in 0..FEATURES {
-                m[i][j] = i128::from(self.squares[i.max(j)][i.min(j)]) << 16;
+        for (i, row) in m.iter_mut().enumerate() {
+            for (j, x) in row[..FEATURES].iter_mut().enumerate() {
+                *x = i128::from(self.squares[i.max(j)][i.min(j)]) << 16;
             }
-            m[i][i] += ridge << 16;
-            m[i][FEATURES] =
+            row[i] += ridge << 16;
+            row[FEATURES] =
                 (i128::from(self.products[i]) << 16) + ridge * i128::from(self.start[i]);
         }
         for k in 0..FEATURES {
-            if m[k][k] <= 0 {
+            let (above, below) = m.split_at_mut(k + 1);
+            let pivot = &above[k];
+            if pivot[k] <= 0 {
                 return;
             }
-            for i in k + 1..FEATURES {
-                let factor = (m[i][k] << Q) / m[k][k];
-                for j in k..=FEATURES {
-                    m[i][j] -= (factor * m[k][j]) >> Q;
+            for row in below {
+                let factor = (row[k] << Q) / pivot[k];
+                for (x, p) in row.iter_mut().zip(pivot).skip(k) {
+                    *x -= (factor * p) >> Q;
                 }
             }
         }
@@ -184,16 +186,18 @@ pub struct Predictor {
     classes: Vec<Weights>,
 }
 
-impl Predictor {
+impl Default for Predictor {
     /// Knows nothing but parallelograms.
-    pub fn new() -> Predictor {
+    fn default() -> Predictor {
         Predictor {
             classes: (0..CLASSES)
                 .map(|c| Weights::new(c / (BENDS * BENDS)))
                 .collect(),
         }
     }
+}
 
+impl Predictor {
     /// The expected place, in 256ths of a step.
     pub fn guess(&self, around: &Around) -> Vec3 {
         let features = around.features();

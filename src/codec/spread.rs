@@ -52,9 +52,8 @@ pub struct Spreads {
     tracks: Vec<Track>,
 }
 
-impl Spreads {
-    /// Knows nothing.
-    pub fn new() -> Spreads {
+impl Default for Spreads {
+    fn default() -> Spreads {
         let fresh = Track {
             mean: [1 << (SQUARE - 7), 1 << (SQUARE - 7), 1 << (SQUARE - 9)],
             seen: 0,
@@ -63,7 +62,9 @@ impl Spreads {
             tracks: vec![fresh; 4 * ROUGH],
         }
     }
+}
 
+impl Spreads {
     /// What is expected around here.
     pub fn shape(&self, around: &Around, rough: usize) -> Shape {
         let along = sub(around.b, around.a);
@@ -81,7 +82,7 @@ impl Spreads {
         let cut = (128 - most.leading_zeros()).saturating_sub(ROOM);
         let up = cut + 2 * down;
         // Rounding to the grid alone misses by a twelfth of a squared step.
-        let rounding = (1 << (2 * FINE)) / 12 >> up.min(40);
+        let rounding = ((1 << (2 * FINE)) / 12) >> up.min(40);
         let variance = full.map(|m| ((m >> cut) as i64).max(1));
         let mut c = [[0i64; 3]; 3];
         for (v, e) in variance.iter().zip(&frame) {

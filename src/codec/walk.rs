@@ -63,20 +63,21 @@ pub struct Extent {
     pub turns: bool,
 }
 
-impl<M: Model> Walk<M> {
-    /// Nothing is coded.
-    pub fn new() -> Walk<M> {
+impl<M: Model> Default for Walk<M> {
+    fn default() -> Walk<M> {
         Walk {
             border: Border::default(),
             stacks: Default::default(),
-            places: Places::new(),
+            places: Places::default(),
             valence: Vec::new(),
             triangles: Vec::new(),
             model: M::new(),
             turns: false,
         }
     }
+}
 
+impl<M: Model> Walk<M> {
     /// Codes all triangles.
     ///
     /// # Errors
@@ -289,8 +290,8 @@ impl<M: Model> Walk<M> {
             more: [
                 gap << 8 | across << 2,
                 valence(pivot) << 8 | valence(other) << 4 | valence(apex),
-                gap / 2 << 12 | valence(pivot) << 8 | valence(other) << 4,
-                gap / 3 << 12 | across / 3 << 8 | valence(pivot) << 4,
+                (gap / 2) << 12 | valence(pivot) << 8 | valence(other) << 4,
+                (gap / 3) << 12 | (across / 3) << 8 | valence(pivot) << 4,
                 gap,
                 valence(pivot) << 4 | valence(apex),
             ],

@@ -166,7 +166,7 @@ fn seams_are_shared_whatever_the_order() {
 
 #[test]
 fn a_grid_rounds_to_its_nodes() {
-    let mesh = told_apart(bench::mixture(8));
+    let mesh = told_apart(surfaces::torus(20, 30).plus(&surfaces::moebius(9)));
     let case = Case::new(&mesh, IndexChoice::Auto);
     let corners = |v: &[[u64; 3]], g: &[Vec<u8>], scale: &dyn Fn(f64, usize) -> i64| {
         let at = |v: u64| {
