@@ -291,6 +291,7 @@ fn seal(clock: &mut Clock, job: &Job, built: &Built, g: Option<OutArray>) -> Res
             weld: job.mesh.welded,
         },
         counts: built.counts.clone(),
+        measures: None,
         input,
         files: files.iter().zip(&sums).map(entry).collect(),
         checksum: String::new(),

@@ -10,4 +10,5 @@ pub mod ids;
 pub mod measure;
 
 pub mod pair;
+pub mod star;
 pub mod swirl;

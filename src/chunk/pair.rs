@@ -15,7 +15,7 @@
 //! 12 a triangle for what is handed out. O(C log k) time for lists of k corners.
 
 /// What a corner has instead of an opposite: values of [`Pairs::opposite`] from here on.
-pub const SPECIAL: u32 = u32::MAX - 3;
+pub const SPECIAL: u32 = u32::MAX - 4;
 /// The corner faces a border edge: the only corner on it in the whole mesh.
 pub const BORDER: u32 = u32::MAX;
 /// The corner faces a non-manifold edge.
@@ -23,6 +23,8 @@ pub const CUT: u32 = u32::MAX - 1;
 /// The corner faces an edge that is settled elsewhere: between two seam vertices, or of another
 /// cell.
 pub const SEAM: u32 = u32::MAX - 2;
+/// The corner faces a non-manifold edge, and triangles that lie elsewhere have some of its corners.
+pub const CUT_APART: u32 = u32::MAX - 4;
 /// The corner's triangle has a repeated vertex.
 pub const DEGENERATE: u32 = u32::MAX - 3;
 
@@ -53,6 +55,8 @@ pub struct Pairs {
     pub inconsistent: u64,
     /// Triangles with a repeated vertex.
     pub degenerate: u64,
+    /// Corners of triangles that lie here: those from here on face lone edges.
+    here: u32,
     /// End of each vertex's list.
     ends: Vec<u32>,
     /// The lists: larger vertex in the high half, directed corner in the low.
@@ -64,6 +68,7 @@ impl Pairs {
     /// `seam.len()`; `seam[v]` tells whether another chunk names local vertex v too.
     pub fn pair(&mut self, local: &[u32], seam: &[bool]) {
         self.opposite.resize(local.len(), DEGENERATE);
+        self.here = local.len() as u32;
         self.list(seam.len(), &Whole(local));
         self.settle(seam.len(), |v| seam[v as usize]);
     }
@@ -75,6 +80,7 @@ impl Pairs {
     pub fn pair_dealt(&mut self, local: &[u32], aside: &[u8], lone: &[u32], span: usize) {
         self.opposite
             .resize(local.len() + lone.len() / 2, DEGENERATE);
+        self.here = local.len() as u32;
         self.list(span, &Dealt { local, aside, lone });
         self.settle(span, |_| false);
     }
@@ -183,9 +189,11 @@ impl Pairs {
                 self.inconsistent += u64::from(parity);
             }
             _ => {
+                let mut edge = self.lists[at..end].iter();
+                let apart = edge.any(|&corner| corner as u32 >> 1 >= self.here);
                 for i in at..end {
                     let directed = self.lists[i] as u32;
-                    self.opposite[(directed >> 1) as usize] = CUT;
+                    self.opposite[(directed >> 1) as usize] = if apart { CUT_APART } else { CUT };
                     self.cuts.push(directed);
                 }
                 self.nonmanifold += 1;
@@ -319,7 +327,9 @@ mod tests {
         assert_eq!((pairs.borders, pairs.degenerate), (0, 0));
         // Three corners, of which two are lone.
         pairs.pair_dealt(&[0, 1, 2], &[0], &[0, 1, 1, 0], 3);
-        assert_eq!(pairs.opposite, [BORDER, BORDER, CUT, CUT, CUT]);
+        let apart = [CUT_APART; 3];
+        assert_eq!(pairs.opposite[..2], [BORDER, BORDER]);
+        assert_eq!(pairs.opposite[2..], apart);
     }
 
     #[test]

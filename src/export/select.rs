@@ -10,14 +10,12 @@
 use super::ExportRequest;
 use crate::disk::{Lease, Workspace};
 use crate::error::{Error, Result};
-use crate::folder::{self, ComponentRow, Folder, npy};
-use crate::table::array;
+use crate::folder::{Folder, Rows};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-const ROW: usize = size_of::<ComponentRow>();
-/// Rows read at a time.
-const ROWS: u64 = 512;
+/// Bytes of the rows that are read at a time.
+const READ: u64 = 128 << 10;
 
 /// The components that were chosen.
 pub(super) struct Chosen {
@@ -65,7 +63,7 @@ pub(super) fn bytes_while_choosing(folder: &Folder, request: &ExportRequest) -> 
     if !request.selects() {
         return 0;
     }
-    ROWS * ROW as u64 + heap_rows(folder, request).map_or(0, |k| 16 * k)
+    READ + heap_rows(folder, request).map_or(0, |k| 16 * k)
 }
 
 /// How many components the heap must hold; `None` when all that pass are taken.
@@ -157,19 +155,13 @@ fn largest(folder: &Folder, k: usize, least: u64) -> Result<BinaryHeap<Ranked>> 
 
 /// Calls `f` with number and triangles of the components `from..to`.
 fn each_row(folder: &Folder, from: u64, to: u64, mut f: impl FnMut(u64, u64)) -> Result<()> {
-    let shape = [folder.manifest().counts.components];
-    let file = array::open(folder, folder::COMPONENTS, folder::COMPONENT_DESCR, &shape)?;
-    let mut buf = vec![0; ROWS as usize * ROW];
-    let mut at = from;
-    while at < to {
-        let rows = ROWS.min(to - at);
-        let bytes = &mut buf[..rows as usize * ROW];
-        file.read_at(bytes, npy::DATA_START + at * ROW as u64)?;
-        for (i, row) in bytes.chunks_exact(ROW).enumerate() {
-            let row: ComponentRow = bytemuck::pod_read_unaligned(row);
-            f(at + i as u64, u64::from_le(row.triangles));
+    let mut table = Rows::open(folder)?;
+    let mut rows = Vec::new();
+    for first in (from..to).step_by(Rows::STEP as usize) {
+        table.read(first..to, &mut rows)?;
+        for (component, row) in (first..).zip(&rows) {
+            f(component, row.base.triangles);
         }
-        at += rows;
     }
     Ok(())
 }

@@ -84,6 +84,41 @@ pub struct Counts {
     pub polygons_fanned: u64,
 }
 
+/// What the vertices of the whole mesh tell; `--no-measures` leaves it out.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Measures {
+    /// Fans: maximal sets of corners at one vertex that hang together over regular edges.
+    pub fans: u64,
+    /// Loops of the corners that have no opposite.
+    pub border_loops: u64,
+    /// Euler characteristic of the surface as O has it: fans - edges + triangles.
+    pub euler: i64,
+    /// Vertices with more than one fan.
+    pub nonmanifold_vertices: u64,
+    /// Non-degenerate triangles with the same three vertices as an earlier one.
+    pub duplicate: u64,
+    /// Components when triangles that share a vertex are joined.
+    pub components_joined_at_vertices: u64,
+    /// Components that are simple meshes: closed, orientable, manifold, with T = 2V - 4.
+    pub smesh_components: u64,
+    /// The largest valence of a vertex.
+    pub largest_valence: u64,
+    /// Vertices by valence, ascending; classes without vertices are left out.
+    pub valences: Vec<ValenceClass>,
+}
+
+/// Vertices of valence `from` to `to`. The valence of a vertex is the number of non-degenerate
+/// triangles that have it. Each valence below 64 is a class, then each power of two begins one.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ValenceClass {
+    /// Least valence.
+    pub from: u64,
+    /// Greatest valence.
+    pub to: u64,
+    /// Vertices.
+    pub vertices: u64,
+}
+
 /// Digest of one file of the input.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InputDigest {
@@ -134,6 +169,8 @@ pub struct Manifest {
     pub options: Options,
     /// What was found.
     pub counts: Counts,
+    /// What the vertices tell; null under `--no-measures`.
+    pub measures: Option<Measures>,
     /// Digest of the input's bytes.
     pub input: InputEntry,
     /// The arrays.

@@ -10,11 +10,16 @@
 pub mod npy;
 
 mod manifest;
+mod rows;
 mod seal;
 mod warm;
 
 pub use manifest::{
-    Counts, FORMAT, FileEntry, InputDigest, InputEntry, Manifest, Options, Orient, VERSION,
+    Counts, FORMAT, FileEntry, InputDigest, InputEntry, Manifest, Measures, Options, Orient,
+    VERSION, ValenceClass,
+};
+pub use rows::{
+    COMPONENT_DESCR, ComponentMeasures, ComponentRow, MEASURED_DESCR, Row, Rows, row_type,
 };
 pub use seal::{BLOCK, block_sums, digest_file, digest_of_blocks, digest_warm, warm_sums};
 pub use warm::WarmSums;
@@ -41,6 +46,10 @@ pub const COMPONENTS: &str = "components.npy";
 pub const NONMANIFOLD_EDGES: &str = "nonmanifold_edges.npy";
 /// The corners of the non-manifold edges, in the order of the edges, ascending within one.
 pub const NONMANIFOLD_CORNERS: &str = "nonmanifold_corners.npy";
+/// Vertices with more than one fan, ascending; in measured folders.
+pub const NONMANIFOLD_VERTICES: &str = "nonmanifold_vertices.npy";
+/// Triangles with the same three vertices as an earlier one, ascending; in measured folders.
+pub const DUPLICATE: &str = "duplicate.npy";
 /// Triangles with a repeated vertex, ascending.
 pub const DEGENERATE: &str = "degenerate.npy";
 /// What the folder holds and what was found; written last.
@@ -51,47 +60,6 @@ pub fn fits_u4(triangles: u64, vertices: u64) -> bool {
     let none = u64::from(u32::MAX);
     triangles <= (none - 1) / 3 && vertices < none
 }
-
-/// A row of `components.npy`: packed, little-endian, no padding.
-#[repr(C, packed)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct ComponentRow {
-    /// Its first triangle.
-    pub first_triangle: u64,
-    /// Number of triangles.
-    pub triangles: u64,
-    /// Triangles whose orientation differs from the input.
-    pub flipped: u64,
-    /// Edges of the surface as O has it: regular + border + cut.
-    pub edges: u64,
-    /// Edges with one incident corner in the whole mesh.
-    pub border_edges: u64,
-    /// Its corners on non-manifold edges.
-    pub cut_edges: u64,
-    /// 1 when its triangles can be oriented consistently.
-    pub orientable: u8,
-    /// 1 when every corner has an opposite.
-    pub closed: u8,
-    /// 1 when closed, or without border and with cut edges whose corners cancel.
-    pub watertight: u8,
-    /// 1 when it was oriented by the sign of its volume (under `--orient outward`).
-    pub outward: u8,
-    /// Six times the signed volume in the final orientation, in cubed input units, on the
-    /// volume grid; NaN without coordinates or with a non-finite vertex.
-    pub six_volume: f64,
-    /// Area in squared input units; NaN as above.
-    pub area: f64,
-    /// Smallest coordinates (x, y, z) of its finite vertices; NaN when there are none.
-    pub bbox_min: [f64; 3],
-    /// Largest coordinates (x, y, z) of its finite vertices; NaN when there are none.
-    pub bbox_max: [f64; 3],
-}
-
-/// NumPy's description of [`ComponentRow`].
-pub const COMPONENT_DESCR: &str = "[('first_triangle', '<u8'), ('triangles', '<u8'), \
-('flipped', '<u8'), ('edges', '<u8'), ('border_edges', '<u8'), ('cut_edges', '<u8'), \
-('orientable', '|u1'), ('closed', '|u1'), ('watertight', '|u1'), ('outward', '|u1'), \
-('six_volume', '<f8'), ('area', '<f8'), ('bbox_min', '<f8', (3,)), ('bbox_max', '<f8', (3,))]";
 
 /// A row of `nonmanifold_edges.npy`.
 #[repr(C)]

@@ -33,7 +33,8 @@ pub struct Header {
 fn item_bytes(descr: &str) -> Option<u64> {
     if descr.starts_with('[') {
         return match descr {
-            super::COMPONENT_DESCR => Some(size_of::<super::ComponentRow>() as u64),
+            super::COMPONENT_DESCR => Some(super::row_type(false).1),
+            super::MEASURED_DESCR => Some(super::row_type(true).1),
             super::EDGE_DESCR => Some(size_of::<super::EdgeRow>() as u64),
             _ => None,
         };

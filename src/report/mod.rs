@@ -15,7 +15,7 @@ use crate::build::BuildReport;
 use crate::disk::DataFile;
 use crate::error::Result;
 use crate::folder::npy::DATA_START;
-use crate::folder::{self, ComponentRow, Counts, EdgeRow, Folder, Manifest};
+use crate::folder::{self, ComponentRow, Counts, EdgeRow, Folder, Manifest, Rows};
 use bytemuck::Pod;
 use serde::Serialize;
 
@@ -270,27 +270,23 @@ fn first_ids(folder: &Folder, name: &str) -> Result<Vec<u64>> {
 
 /// Reads the components once: the largest, the sizes, the first that are not as one hopes.
 fn survey(folder: &Folder, report: &mut Report) -> Result<()> {
-    const STEP: u64 = 512;
-    let count = length(folder, folder::COMPONENTS);
-    let file = folder.file(folder::COMPONENTS)?;
     let mut sizes = [(0u64, 0u64); 64];
     let outward = report.options.orient == folder::Orient::Outward;
-    for from in (0..count).step_by(STEP as usize) {
-        let batch: Vec<ComponentRow> = rows(&file, from, STEP.min(count - from))?;
-        for (number, row) in (from..).zip(&batch) {
-            let triangles = row.triangles;
-            let class = &mut sizes[triangles.max(1).ilog2() as usize];
-            class.0 += 1;
-            class.1 += triangles;
-            keep_largest(&mut report.largest, number, row);
-            let culprits = &mut report.culprits;
-            if row.orientable == 0 {
-                name(&mut culprits.nonorientable_components, number);
-            } else if outward && row.watertight == 0 {
-                name(&mut culprits.not_watertight_components, number);
-            }
+    Rows::open(folder)?.each(|number, row| {
+        let row = &row.base;
+        let triangles = row.triangles;
+        let class = &mut sizes[triangles.max(1).ilog2() as usize];
+        class.0 += 1;
+        class.1 += triangles;
+        keep_largest(&mut report.largest, number, row);
+        let culprits = &mut report.culprits;
+        if row.orientable == 0 {
+            name(&mut culprits.nonorientable_components, number);
+        } else if outward && row.watertight == 0 {
+            name(&mut culprits.not_watertight_components, number);
         }
-    }
+        Ok(())
+    })?;
     let class = |(i, &(components, triangles)): (usize, &(u64, u64))| SizeClass {
         from: 1 << i,
         to: (1u64 << i) - 1 + (1 << i),

@@ -199,6 +199,7 @@ impl Mesh {
                 components,
                 ..Counts::default()
             },
+            measures: None,
             input: InputEntry {
                 format: "raw".into(),
                 files: vec![],

@@ -462,6 +462,7 @@ impl Parts {
                 weld: false,
             },
             counts: self.counts.clone(),
+            measures: None,
             input: InputEntry {
                 format: "raw".into(),
                 files: Vec::new(),

@@ -100,6 +100,7 @@ fn write(folder: &Path, triangles: u64, vertices: u64, first: u64) {
             components: 8,
             ..Counts::default()
         },
+        measures: None,
         input: InputEntry {
             format: "raw".into(),
             files: vec![],
