@@ -216,7 +216,7 @@ impl Stars {
             }
             for k in 0..3 {
                 let head = &mut self.heads[row[k] as usize];
-                *head = (*head >> 32) + 1 << 32 | u64::from(3 * t + k as u32);
+                *head = ((*head >> 32) + 1) << 32 | u64::from(3 * t + k as u32);
                 if o[k] == BORDER || o[k] == CUT {
                     self.chains.add(3 * t + k as u32);
                 }

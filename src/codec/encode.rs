@@ -18,7 +18,8 @@ use super::deal::{Deal, Dealt, deal};
 use super::file::{Entry, Head, MOST_TRIANGLES, ending};
 use super::gather::Gather;
 use super::grid::{Grid, Precision};
-use super::seam::{self, SORT_BYTES, Span, Use};
+use super::out::{Out, exists};
+use super::seam::{self, Span, Use};
 use crate::chunk::ids::{LocalIds, TABLE_BYTES};
 use crate::corner::Index;
 use crate::disk::{DataFile, Workers, Workspace};
@@ -26,10 +27,8 @@ use crate::error::{Error, Result};
 use crate::folder::{self, Folder};
 use crate::shuffle::{Shuffle, Writer};
 use crate::table::array::{self, Coords};
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
-use tempfile::NamedTempFile;
 use xxhash_rust::xxh3::Xxh3;
 
 /// Bytes a triangle while a chunk is coded: the records, their vertices, local ids, positions.
@@ -353,87 +352,4 @@ fn entry_of(coded: &Coded, piece: &Piece, order: &[u32]) -> Entry {
     };
     (entry.low, entry.high) = (extreme(i32::min), extreme(i32::max));
     entry
-}
-
-/// A file that gets its name when it is complete.
-struct Out<'a> {
-    temp: NamedTempFile,
-    written: u64,
-    summed: Xxh3,
-    ws: &'a Workspace,
-    target: PathBuf,
-}
-
-impl<'a> Out<'a> {
-    fn create(ws: &'a Workspace, target: &Path) -> Result<Out<'a>> {
-        let dir = crate::build::parent(target);
-        // A plain new file's permissions (less the umask), not a private temporary one's.
-        let temp = tempfile::Builder::new()
-            .prefix(".cornermill-")
-            .suffix(".tmp")
-            .permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666))
-            .tempfile_in(dir)
-            .map_err(|e| Error::io(dir, "create a file there", e))?;
-        Ok(Out {
-            temp,
-            written: 0,
-            summed: Xxh3::new(),
-            ws,
-            target: target.to_owned(),
-        })
-    }
-
-    fn put(&mut self, bytes: &[u8]) -> Result<()> {
-        self.temp
-            .write_all(bytes)
-            .map_err(|e| Error::io(&self.target, "write to it", e))?;
-        self.summed.update(bytes);
-        self.written += bytes.len() as u64;
-        self.ws.io.add_written(bytes.len() as u64);
-        Ok(())
-    }
-
-    /// Copies bytes of a scratch file.
-    fn copy(&mut self, from: &crate::disk::ScratchFile, at: u64, bytes: u64) -> Result<()> {
-        let _lease = self
-            .ws
-            .budget
-            .lease("a block of coded bytes", SORT_BYTES / 4)?;
-        let mut buf = vec![0; (SORT_BYTES / 4).min(bytes) as usize];
-        let mut done = 0;
-        while done < bytes {
-            let n = (bytes - done).min(buf.len() as u64) as usize;
-            from.read_at(&mut buf[..n], at + done)?;
-            self.put(&buf[..n])?;
-            done += n as u64;
-        }
-        Ok(())
-    }
-
-    /// Syncs the file and gives it its name; its length.
-    fn finish(self, target: &Path, force: bool) -> Result<u64> {
-        let sync = self.temp.as_file().sync_all();
-        sync.map_err(|e| Error::io(target, "sync it to the device", e))?;
-        let kept = if force {
-            self.temp.persist(target)
-        } else {
-            self.temp.persist_noclobber(target)
-        };
-        match kept {
-            Ok(_) => Ok(self.written),
-            Err(e) if e.error.kind() == std::io::ErrorKind::AlreadyExists => Err(exists(target)),
-            Err(e) => Err(Error::io(
-                target,
-                "give the finished file its name",
-                e.error,
-            )),
-        }
-    }
-}
-
-fn exists(path: &Path) -> Error {
-    Error::Usage(format!(
-        "{}: exists; give --force to replace it, or another name",
-        path.display()
-    ))
 }

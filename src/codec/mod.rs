@@ -29,11 +29,13 @@ pub mod grid;
 pub mod lattice;
 pub mod mix;
 pub mod model;
+mod out;
 pub mod place;
 pub mod predict;
 pub mod range;
 pub mod seam;
 pub mod spread;
+mod step;
 #[cfg(test)]
 mod tests;
 pub mod truth;
