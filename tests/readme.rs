@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-const COMMANDS: [&str; 4] = ["build", "info", "verify", "export"];
+const COMMANDS: [&str; 6] = ["build", "info", "verify", "encode", "decode", "export"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -8,7 +8,7 @@
 //! table. Head, each chunk and the index have an xxh3 checksum. Counts are held to each other and
 //! to the length of the file before anything is sized by them.
 //!
-//! Memory: 120 bytes a chunk for the index, leased. I/O: head, tail and index.
+//! Memory: 120 bytes a chunk for the index and the numbers of first vertices, leased. I/O: head, tail and index.
 
 use super::chunk::Piece;
 use super::grid::Grid;
@@ -99,6 +99,7 @@ struct Tail {
 const HEAD: u64 = size_of::<Head>() as u64;
 const ENTRY: u64 = size_of::<Entry>() as u64;
 const TAIL: u64 = size_of::<Tail>() as u64;
+const _: () = assert!(HEAD == 72 && ENTRY == 112 && TAIL == 32);
 
 impl Head {
     /// The head of a mesh.
