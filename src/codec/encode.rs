@@ -1,9 +1,9 @@
 //! A mesh folder to a compressed file.
 //!
-//! 1. [`deal`](super::deal): triangles to chunks by place.
+//! 1. `deal`: triangles to chunks by place.
 //! 2. Each chunk is coded, in parallel; its bytes go to scratch. Of vertices that other chunks may
 //!    have too, chunk and number are noted.
-//! 3. [`seam`](super::seam): each shared vertex becomes the first chunk's, and a reference elsewhere.
+//! 3. [`seam`]: each shared vertex becomes the first chunk's, and a reference elsewhere.
 //! 4. The chunks are written one behind the other, and the index behind them.
 //!
 //! Why the bytes are always the same: what is in a chunk, and in which order, depends on the folder

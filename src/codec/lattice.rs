@@ -6,7 +6,7 @@
 //! prediction is mostly nearest to the right one. Each axis has a list of them, ascending, which is
 //! written once for the chunk; a coordinate is on the list or off it.
 //!
-//! Memory: 4 bytes a value, at most one value for each [`WORTH`] vertices.
+//! Memory: 4 bytes a value, at most one value for each four vertices.
 
 use super::Damaged;
 use super::model::{self, Contexts, Model};

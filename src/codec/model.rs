@@ -3,7 +3,7 @@
 //! Why both sides agree: a probability depends on the bits coded before and on nothing else, by
 //! integer arithmetic alone.
 //!
-//! Memory: fast 4 bytes a context; strong [`Mixed`] besides: see there.
+//! Memory: fast 4 bytes a context; strong 2 MiB besides: see [`mix`](super::mix).
 
 use super::range::{BITS, Coder};
 

@@ -64,7 +64,7 @@ pub fn log4(x: u64) -> i32 {
     (4 * top + (two as u32 & 3)) as i32
 }
 
-/// Bits of a fraction of a [`unit`] vector.
+/// Bits of a fraction of a [`unit()`] vector.
 pub const UNIT: u32 = 20;
 
 /// The vector of length 2^20 in this direction; 0 for 0.
