@@ -3,7 +3,8 @@
 //! Why a chunk stands alone: its coder starts with fresh models, and every vertex that it names has
 //! its position here. So chunks are coded and decoded in any order, by any thread.
 //!
-//! Memory: [`ENCODE_BYTES`] and [`DECODE_BYTES`] a triangle, [`MODEL_BYTES`] for the models.
+//! Memory: to encode [`TRIANGLE_BYTES`] and [`VERTEX_BYTES`], to decode [`DECODE_BYTES`] a triangle;
+//! [`MODEL_BYTES`] for the models.
 
 use super::lattice::Lattice;
 use super::mix::Mixed;
@@ -14,8 +15,12 @@ use super::turned::Turned;
 use super::walk::{Extent, Walk};
 use super::{Damaged, Level, NONE};
 
-/// Bytes a triangle, at most three vertices to each, that [`encode`] takes besides its arguments.
-pub const ENCODE_BYTES: u64 = 190;
+/// Bytes a triangle that [`encode`] takes besides its arguments: the turned triangles (26), the
+/// edges that corners face and the marks of what was coded (13), the triangles as coded (12), the
+/// border and the list of its gates (40), the bytes (4).
+pub const TRIANGLE_BYTES: u64 = 95;
+/// Bytes a vertex: its number, place, valence, marks, and its coordinates while they are sorted.
+pub const VERTEX_BYTES: u64 = 4 + 16 + 1 + 1 + 8;
 /// Bytes a triangle that [`decode`] takes, its result included.
 pub const DECODE_BYTES: u64 = 140;
 /// Bytes of the models of either level.
@@ -75,6 +80,7 @@ fn encode_with<M: Model>(piece: &Piece) -> Result<Coded, Damaged> {
     let mut walk = Walk::<M>::default();
     walk.places.lattice = Lattice::find(&piece.positions, &used);
     drop(used);
+    walk.reserve(extent);
     walk.run(extent, &mut surface, &mut coder)?;
     let (all, places) = (coder.spent(), walk.places.spent);
     Ok(Coded {

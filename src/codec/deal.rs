@@ -77,6 +77,8 @@ pub(super) struct Deal<W> {
     pub buckets: Buckets<Dealt<W>>,
     /// Records of each interval.
     pub counts: Vec<u64>,
+    /// No more than so many vertices are named in each interval.
+    pub vertices: Vec<u64>,
     /// Vertices that may be in several chunks.
     pub shared: Marks,
     _lease: Lease,
@@ -114,12 +116,14 @@ pub(super) fn deal<W: Index>(
     let mut shared = Marks::new(n);
     let mut named = Marks::new(n);
     let mut sizes = vec![0; intervals as usize];
+    let mut vertices = map.sizes(n, intervals);
     each_triangle(ws, folder, |number, tri| {
         let places = tri.map(|v| map.of(v));
         let to = places[0].min(places[1]).min(places[2]);
         for (v, place) in tri.into_iter().zip(places) {
             named.set(v);
             if place != to {
+                vertices[to as usize] += 1;
                 shared.set(v);
             }
         }
@@ -137,6 +141,7 @@ pub(super) fn deal<W: Index>(
     Ok(Deal {
         buckets: shuffle.finish()?,
         counts: sizes,
+        vertices,
         shared,
         _lease: marks,
     })
@@ -150,6 +155,16 @@ struct Map {
 impl Map {
     fn of(&self, v: u64) -> u64 {
         self.of.get(v as usize).map_or(0, |&i| i.into())
+    }
+
+    /// Vertices of each interval.
+    fn sizes(&self, vertices: u64, intervals: u64) -> Vec<u64> {
+        if self.of.is_empty() {
+            return vec![vertices; intervals as usize];
+        }
+        let mut sizes = vec![0; intervals as usize];
+        self.of.iter().for_each(|&i| sizes[usize::from(i)] += 1);
+        sizes
     }
 
     fn new(

@@ -9,18 +9,18 @@
 //! Why the bytes are always the same: what is in a chunk, and in which order, depends on the folder
 //! alone, and chunks are numbered by interval, not by when they are done.
 //!
-//! Memory: [`CHUNK_BYTES`] for each triangle of a chunk and thread, with fewer threads when there
-//! is less; what the dealing and the sorts state. I/O: theirs, G once more by chunk, the file twice.
+//! Memory: [`TRIANGLE_BYTES`] and a record for each triangle of a chunk and thread, [`VERTEX_BYTES`]
+//! for each vertex, with fewer threads when there is less; what the dealing and the sorts state. I/O: theirs, G once more by chunk, the file twice.
 
 use super::Level;
-use super::chunk::{self, Coded, ENCODE_BYTES, MODEL_BYTES, Piece, order};
+use super::chunk::{self, Coded, MODEL_BYTES, Piece, order};
 use super::deal::{Deal, Dealt, deal};
 use super::file::{Entry, Head, MOST_TRIANGLES, ending};
 use super::gather::Gather;
 use super::grid::{Grid, Precision};
 use super::out::{Out, exists};
 use super::seam::{self, Span, Use};
-use crate::chunk::ids::{LocalIds, TABLE_BYTES};
+use crate::chunk::ids::LocalIds;
 use crate::corner::Index;
 use crate::disk::{DataFile, Workers, Workspace};
 use crate::error::{Error, Result};
@@ -31,8 +31,11 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use xxhash_rust::xxh3::Xxh3;
 
-/// Bytes a triangle while a chunk is coded: the records, their vertices, local ids, positions.
-pub const CHUNK_BYTES: u64 = ENCODE_BYTES + 40 + 24 + TABLE_BYTES + 48;
+/// Bytes a triangle while a chunk is coded, without its record: local ids and the table that they
+/// come from, and what [`chunk::encode`] takes.
+pub const TRIANGLE_BYTES: u64 = 12 + 32 + 12 + chunk::TRIANGLE_BYTES;
+/// Bytes a vertex: its ids, its position, and what [`chunk::encode`] takes.
+pub const VERTEX_BYTES: u64 = 8 + 16 + 12 + 4 + chunk::VERTEX_BYTES;
 
 /// What to encode, and where to.
 #[derive(Clone, Debug)]
@@ -200,10 +203,19 @@ impl Chunks {
         (count * u128::from(part) / u128::from(self.of(interval).max(1))) as u64
     }
 
-    /// The most records of a chunk.
-    fn largest(&self) -> u64 {
-        let of = |i: u64| self.counts[i as usize].div_ceil(self.of(i).max(1));
-        (0..self.counts.len() as u64).map(of).max().unwrap_or(0)
+    /// The most records of a chunk of an interval.
+    fn largest(&self, interval: u64) -> u64 {
+        self.counts[interval as usize].div_ceil(self.of(interval).max(1))
+    }
+
+    /// The most that a chunk takes, whose intervals name no more than so many vertices, when each
+    /// record takes `record` bytes.
+    fn bytes(&self, vertices: &[u64], record: u64) -> u64 {
+        let of = |(i, &named): (u64, &u64)| {
+            let most = self.largest(i);
+            most * (TRIANGLE_BYTES + record) + named.min(3 * most) * VERTEX_BYTES
+        };
+        (0..).zip(vertices).map(of).max().unwrap_or(0)
     }
 }
 
@@ -234,11 +246,13 @@ impl<W: Index> Job<'_, W> {
     /// Codes all chunks with as many threads as there is memory for.
     fn run(&self) -> Result<crate::shuffle::Buckets<Use>> {
         let (ws, budget) = (self.ws, &self.ws.budget);
-        let largest = self.chunks.largest();
+        let intervals = 0..self.dealt.counts.len() as u64;
+        let largest = intervals.map(|i| self.chunks.largest(i)).max().unwrap_or(0);
         let records = size_of::<Dealt<W>>() as u64;
         let uses = seam::plan(24, 8 * self.dealt.buckets.records().isqrt());
         let sorter = (2 * largest * records).clamp(1 << 20, 64 << 20);
-        let own = largest * CHUNK_BYTES + MODEL_BYTES + uses.writer_bytes() + Gather::BYTES;
+        let chunk = self.chunks.bytes(&self.dealt.vertices, records);
+        let own = chunk + MODEL_BYTES + uses.writer_bytes() + Gather::BYTES;
         let threads = (budget.free() / (own + sorter)).clamp(1, ws.workers.count() as u64);
         let sorter = (budget.free() / threads)
             .saturating_sub(own)

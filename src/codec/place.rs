@@ -43,6 +43,11 @@ impl Around {
 }
 
 impl Places {
+    /// Makes room for so many vertices.
+    pub fn make_room(&mut self, vertices: usize) {
+        self.places.reserve_exact(vertices);
+    }
+
     /// Number of vertices.
     pub fn len(&self) -> usize {
         self.places.len()

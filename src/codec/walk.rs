@@ -76,6 +76,14 @@ impl<M: Model> Default for Walk<M> {
 }
 
 impl<M: Model> Walk<M> {
+    /// Makes room for what is known to come.
+    pub fn reserve(&mut self, extent: Extent) {
+        self.triangles
+            .reserve_exact(extent.triangles + extent.degenerate);
+        self.valence.reserve_exact(extent.vertices);
+        self.places.make_room(extent.vertices);
+    }
+
     /// Codes all triangles.
     ///
     /// # Errors
