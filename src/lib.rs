@@ -81,6 +81,7 @@
 pub mod build;
 pub mod chunk;
 pub mod cli;
+pub mod codec;
 pub mod corner;
 pub mod disk;
 mod error;

@@ -10,9 +10,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-const COMMANDS: [&str; 11] = [
-    "build", "check", "info", "verify", "export", "filter", "normals", "path", "swirl", "picture",
-    "report",
+const COMMANDS: [&str; 13] = [
+    "build", "check", "info", "verify", "encode", "decode", "export", "filter", "normals", "path",
+    "swirl", "picture", "report",
 ];
 
 fn root() -> &'static Path {

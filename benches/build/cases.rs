@@ -73,6 +73,8 @@ pub struct Case {
     pub large: bool,
     /// NumPy and SciPy take turns with the build.
     pub scipy: bool,
+    /// Vertices are not measured.
+    pub bare: bool,
 }
 
 /// A row on a sphere of .npy with coordinates, in 512 MiB and without bars.
@@ -91,6 +93,7 @@ fn sphere(name: &str, triangles: &str, order: &'static str, flip: f64) -> Case {
         bars: Bars::default(),
         large: false,
         scipy: false,
+        bare: false,
     }
 }
 
@@ -114,6 +117,19 @@ impl Case {
 
     fn stl(mut self) -> Case {
         self.shape.format = "stl";
+        self
+    }
+
+    /// The mesh in words, and what is left out.
+    pub fn words(&self) -> String {
+        let out = if self.bare { ", no measures" } else { "" };
+        format!("{}{out}", self.shape)
+    }
+
+    /// The same without measures, held to nothing.
+    fn bare(mut self, name: &str) -> Case {
+        (self.name, self.bare) = (name.into(), true);
+        self.bars = Bars::default();
         self
     }
 
@@ -148,10 +164,15 @@ impl Case {
 fn promised() -> Vec<Case> {
     let mut coherent = sphere("c32", "32M", "coherent", 0.0).bar(16.0, 576.0);
     coherent.bars.floor = Some(2.0);
+    let bare = coherent.clone().bare("c32-bare");
+    // Measures may cost so much that seven tenths of the speed are left.
+    let coherent = coherent.against("c32-bare", 1.43);
     let shuffled = |name, triangles| sphere(name, triangles, "shuffle", 0.3);
     vec![
+        bare,
         coherent,
         sphere("rv32", "32M", "shuffle-vertices", 0.0).bar(8.0, 576.0),
+        shuffled("s32", "32M").bare("s32-bare"),
         shuffled("s32", "32M").bar(4.0, 576.0),
         shuffled("s32-96", "32M").within("96MiB").bar(2.0, 160.0),
         sphere("c32-stl", "32M", "coherent", 0.0)

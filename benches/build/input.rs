@@ -21,8 +21,9 @@ pub struct Input {
     pub bytes: u64,
     /// What data-gen's closed forms say.
     pub truth: Truth,
-    /// The manifest of the first build of it: all others must be the same.
-    pub manifest: Option<Vec<u8>>,
+    /// The manifests of the first builds of it, with measures and without: all others must be the
+    /// same.
+    pub manifests: [Option<Vec<u8>>; 2],
 }
 
 impl Input {
@@ -50,14 +51,14 @@ impl Input {
             bytes += length(path)?;
         }
         let truth = closed_forms(&dir.join(format!("{name}.json")))?;
-        let (shape, manifest) = (shape.clone(), None);
+        let (shape, manifests) = (shape.clone(), [None, None]);
         Ok(Input {
             shape,
             v,
             g,
             bytes,
             truth,
-            manifest,
+            manifests,
         })
     }
 

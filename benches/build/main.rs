@@ -213,10 +213,11 @@ impl Turns<'_> {
         };
         let mut row = Row {
             name: case.name.clone(),
-            mesh: case.shape.to_string(),
+            mesh: case.words(),
             triangles: input.truth.triangles,
             memory,
             threads: usize::from(self.args.threads),
+            bare: case.bare,
             input: input.bytes,
             output: 0,
             refused: None,
@@ -282,15 +283,17 @@ impl Turns<'_> {
             out,
             memory: &row.memory,
             threads: row.threads,
+            bare: row.bare,
             scratch: self.dir,
         };
         let ended = build.run()?;
         if matches!(ended, Ended::Built(_)) {
             let manifest = fs::read(out.join(MANIFEST)).map_err(at(out))?;
-            if input.manifest.as_ref().is_some_and(|m| *m != manifest) {
+            let before = &mut input.manifests[usize::from(row.bare)];
+            if before.as_ref().is_some_and(|m| *m != manifest) {
                 return Err("two builds of one mesh wrote different manifests".into());
             }
-            input.manifest = Some(manifest);
+            *before = Some(manifest);
         }
         Ok(ended)
     }

@@ -33,6 +33,8 @@ pub struct Build<'a> {
     pub memory: &'a str,
     /// `--threads`.
     pub threads: usize,
+    /// `--no-measures`.
+    pub bare: bool,
     /// Where the report and GNU time's figures go.
     pub scratch: &'a Path,
 }
@@ -103,6 +105,9 @@ impl Build<'_> {
                 .args(["--memory", self.memory, "--progress", "none", "--threads"])
                 .arg(self.threads.to_string())
                 .arg(format!("--json={}", json.display()));
+            if self.bare {
+                command.arg("--no-measures");
+            }
         })?;
         if ran.output.status.code() == Some(REFUSED) {
             let said = String::from_utf8_lossy(&ran.output.stderr);

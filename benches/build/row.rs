@@ -33,6 +33,9 @@ pub struct Row {
     pub memory: String,
     /// What `--threads` was given.
     pub threads: usize,
+    /// Without measures.
+    #[serde(default)]
+    pub bare: bool,
     /// Bytes of the input.
     pub input: u64,
     /// Bytes of the finished folder.

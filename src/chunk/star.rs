@@ -239,9 +239,11 @@ impl Stars {
         seen.resize(of.local.len().div_ceil(64), 0);
         for c in 0..corners {
             let v = of.local[c as usize] as usize;
-            let unseen = seen[c as usize / 64] >> (c % 64) & 1 == 0;
-            let degenerate = opposite[(c - c % 3) as usize] == DEGENERATE;
-            if self.heads[v] & SEVERAL == 0 || of.open[v] != open || !unseen || degenerate {
+            if self.heads[v] & SEVERAL == 0 || of.open[v] != open {
+                continue;
+            }
+            let again = seen[c as usize / 64] >> (c % 64) & 1 == 1;
+            if again || opposite[(c - c % 3) as usize] == DEGENERATE {
                 continue;
             }
             let fan = walk(opposite, corners, c, &mut |c| {

@@ -5,6 +5,8 @@
 
 mod build;
 mod check;
+mod decode;
+mod encode;
 mod export;
 mod filter;
 mod info;
@@ -41,6 +43,10 @@ enum Command {
     Check(check::CheckArgs),
     /// Say what a mesh folder holds, from its manifest
     Info(info::InfoArgs),
+    /// Write a mesh folder as a compressed file
+    Encode(encode::EncodeArgs),
+    /// Bring a compressed file back: as a mesh folder, or in any format that export writes
+    Decode(decode::DecodeArgs),
     /// Write a mesh folder, or chosen components of it, as PLY, STL, OBJ, OFF or .npy
     Export(Box<export::ExportArgs>),
     /// Find the shortest path of triangles between two corners
@@ -82,6 +88,8 @@ pub fn run() -> ExitCode {
     let command = || match &cli.command {
         Command::Build(args) => build::run(args),
         Command::Check(args) => check::run(args),
+        Command::Encode(args) => encode::run(args),
+        Command::Decode(args) => decode::run(args),
         Command::Export(args) => export::run(args),
         Command::Filter(args) => filter::run(args),
         Command::Info(args) => info::run(args),

@@ -1,0 +1,116 @@
+//! `cornermill decode`: a compressed file to a mesh folder, or to any format that export writes.
+//!
+//! A folder is built from the decoded arrays as from any input, triangles as they are
+//! (`--orient keep`); other formats are exported from such a folder, which is scratch.
+
+use super::progress;
+use super::work::WorkArgs;
+use super::{Outcome, print};
+use crate::build::{Builder, parent};
+use crate::codec::decode::decode;
+use crate::codec::file::Packed;
+use crate::disk::Workspace;
+use crate::error::{Error, Result};
+use crate::export::{ExportRequest, Format, export};
+use crate::folder::{Folder, Orient};
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `decode`.
+#[derive(Debug, Args)]
+pub struct DecodeArgs {
+    /// Compressed file
+    file: PathBuf,
+    /// Mesh folder to make, or file to write when the name ends in ply, stl, obj, off or npy
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Replace what exists
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    work: WorkArgs,
+}
+
+/// Runs `decode`.
+///
+/// # Errors
+/// Those of [`decode`], of building, and of [`export`].
+pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
+    if !args.force && args.output.symlink_metadata().is_ok() {
+        return Err(Error::Usage(format!(
+            "{}: exists; give --force to replace it, or another name",
+            args.output.display()
+        )));
+    }
+    let ws = args.work.workspace(parent(&args.output))?;
+    let dir = ws.scratch.first_dir().to_owned();
+    let temp = tempfile::Builder::new()
+        .prefix(".cornermill-decode-")
+        .tempdir_in(&dir)
+        .map_err(|e| Error::io(&dir, "make a folder there", e))?;
+    let (v, g) = (temp.path().join("V.npy"), temp.path().join("G.npy"));
+    let count = {
+        let packed = Packed::open(&ws.budget, &ws.io, &args.file)?;
+        let count = decode(&ws, &packed, &v, &g)?;
+        let points = packed.head.coords > 0;
+        drop(packed);
+        match Format::of(&args.output) {
+            None => build(
+                args,
+                &v,
+                points.then_some(&*g),
+                count.vertices,
+                &args.output,
+            )?,
+            Some(format) => {
+                let folder = temp.path().join("mesh.ct");
+                build(args, &v, points.then_some(&*g), count.vertices, &folder)?;
+                write(args, &ws, &folder, format)?;
+            }
+        }
+        count
+    };
+    if !args.work.quiet {
+        print(&format!(
+            "{} triangles and {} vertices: {}\n",
+            count.triangles,
+            count.vertices,
+            args.output.display()
+        ))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Builds a folder from the arrays.
+fn build(
+    args: &DecodeArgs,
+    v: &Path,
+    g: Option<&Path>,
+    vertices: u64,
+    folder: &Path,
+) -> Result<()> {
+    let work = &args.work;
+    let mut builder = Builder::new(v)
+        .memory(work.memory_bytes())
+        .threads(work.thread_count())
+        .max_disk(work.max_disk_bytes())
+        .orient(Orient::Keep)
+        .force(args.force)
+        .progress(progress::sink(work.progress, work.quiet));
+    for dir in &work.tmp {
+        builder = builder.tmp(dir);
+    }
+    builder = match g {
+        Some(g) => builder.positions(g),
+        None => builder.vertices(vertices),
+    };
+    builder.build(folder).map(|_| ())
+}
+
+/// Exports the folder.
+fn write(args: &DecodeArgs, ws: &Workspace, folder: &Path, format: Format) -> Result<()> {
+    let mut request = ExportRequest::new(format, &args.output);
+    request.force = args.force;
+    let folder = Folder::open(folder, &ws.io)?;
+    export(ws, &folder, &request).map(|_| ())
+}

@@ -1,0 +1,131 @@
+//! One chunk: triangles with local vertices to bytes, and back.
+//!
+//! Why a chunk stands alone: its coder starts with fresh models, and every vertex that it names has
+//! its position here. So chunks are coded and decoded in any order, by any thread.
+//!
+//! Memory: to encode [`TRIANGLE_BYTES`] and [`VERTEX_BYTES`], to decode [`DECODE_BYTES`] a triangle;
+//! [`MODEL_BYTES`] for the models.
+
+use super::lattice::Lattice;
+use super::mix::Mixed;
+use super::model::{Fast, Model};
+use super::range::{Coder, Decoder, Encoder};
+use super::truth::{Blind, Surface};
+use super::turned::Turned;
+use super::walk::{Extent, Walk};
+use super::{Damaged, Level, NONE};
+
+/// Bytes a triangle that [`encode`] takes besides its arguments: the turned triangles (26), the
+/// edges that corners face and the marks of what was coded (13), the triangles as coded (12), the
+/// border and the list of its gates (40), the bytes (4).
+pub const TRIANGLE_BYTES: u64 = 95;
+/// Bytes a vertex: its number, place, valence, marks, and its coordinates while they are sorted.
+pub const VERTEX_BYTES: u64 = 4 + 16 + 1 + 1 + 8;
+/// Bytes a triangle that [`decode`] takes, its result included.
+pub const DECODE_BYTES: u64 = 140;
+/// Bytes of the models of either level.
+pub const MODEL_BYTES: u64 = 4 << 20;
+
+/// A part of a mesh, with local vertices.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Piece {
+    /// Vertices of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// Positions of all vertices; those that neither a triangle nor `loose` names are left out.
+    pub positions: Vec<[i32; 3]>,
+    /// Vertices that no triangle names.
+    pub loose: Vec<u32>,
+}
+
+/// A coded piece.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Coded {
+    /// What a decoder must be told.
+    pub extent: Extent,
+    /// The bytes.
+    pub bytes: Vec<u8>,
+    /// The number that each vertex of the piece has in the chunk, or NONE.
+    pub numbers: Vec<u32>,
+    /// Bytes of the connectivity and of the positions, about.
+    pub split: [u64; 2],
+}
+
+/// Codes a piece.
+///
+/// # Errors
+/// [`Damaged`] when the walk contradicts itself, which is a fault of this program.
+pub fn encode(piece: &Piece, level: Level) -> Result<Coded, Damaged> {
+    match level {
+        Level::Fast => encode_with::<Fast>(piece),
+        Level::Strong => encode_with::<Mixed>(piece),
+    }
+}
+
+fn encode_with<M: Model>(piece: &Piece) -> Result<Coded, Damaged> {
+    let turned = Turned::new(piece.triangles.as_flattened(), piece.positions.len());
+    let mut surface = Surface::new(&turned, &piece.positions, &piece.loose);
+    let mut used = vec![false; piece.positions.len()];
+    for &v in piece.triangles.as_flattened().iter().chain(&piece.loose) {
+        used[v as usize] = true;
+    }
+    let degenerate = turned.degenerates();
+    let extent = Extent {
+        triangles: piece.triangles.len() - degenerate,
+        degenerate,
+        vertices: used.iter().filter(|u| **u).count(),
+        loose: piece.loose.len(),
+        turns: turned.turned.contains(&true),
+    };
+    let mut coder = Encoder::new(Vec::new());
+    let mut walk = Walk::<M>::default();
+    walk.places.lattice = Lattice::find(&piece.positions, &used);
+    drop(used);
+    walk.reserve(extent);
+    walk.run(extent, &mut surface, &mut coder)?;
+    let (all, places) = (coder.spent(), walk.places.spent);
+    Ok(Coded {
+        extent,
+        numbers: surface.into_numbers(),
+        bytes: coder.finish(),
+        split: [all - places, places].map(|bits| bits >> 19),
+    })
+}
+
+/// Decodes a chunk: its vertices in the order of their numbers.
+///
+/// # Errors
+/// [`Damaged`] when the bytes are not those of a chunk of this extent.
+pub fn decode(bytes: &[u8], extent: Extent, level: Level) -> Result<Piece, Damaged> {
+    match level {
+        Level::Fast => decode_with::<Fast>(bytes, extent),
+        Level::Strong => decode_with::<Mixed>(bytes, extent),
+    }
+}
+
+fn decode_with<M: Model>(bytes: &[u8], extent: Extent) -> Result<Piece, Damaged> {
+    let mut coder = Decoder::new(bytes);
+    let mut walk = Walk::<M>::default();
+    walk.run(extent, &mut Blind, &mut coder)?;
+    if !coder.ended() {
+        return Err(Damaged("another number of bytes than its triangles take"));
+    }
+    let vertices = walk.places.len();
+    let first_loose = (vertices - extent.loose) as u32;
+    Ok(Piece {
+        positions: (0..vertices).map(|v| walk.places.position(v)).collect(),
+        triangles: walk.triangles,
+        loose: (first_loose..vertices as u32).collect(),
+    })
+}
+
+/// The vertices of a piece in the order of their numbers: the inverse of [`Coded::numbers`].
+pub fn order(numbers: &[u32]) -> Vec<u32> {
+    let count = numbers.iter().filter(|n| **n != NONE).count();
+    let mut order = vec![NONE; count];
+    for (v, &n) in numbers.iter().enumerate() {
+        if n != NONE {
+            order[n as usize] = v as u32;
+        }
+    }
+    order
+}

@@ -1,0 +1,279 @@
+//! How likely each bit is: adaptive contexts, one a bit (*fast*) or several mixed (*strong*).
+//!
+//! Why both sides agree: a probability depends on the bits coded before and on nothing else, by
+//! integer arithmetic alone.
+//!
+//! Memory: fast 4 bytes a context; strong 2 MiB besides: see [`mix`](super::mix).
+
+use super::range::{BITS, Coder};
+
+/// Most contexts that one decision is given besides the main one.
+pub const MORE: usize = 6;
+
+/// A sort of decision: its contexts are its own.
+#[derive(Clone, Copy, Debug)]
+pub struct Family {
+    /// Where its contexts begin in the fast table.
+    base: u32,
+    /// Bins of each context.
+    bins: u32,
+    /// Number of main contexts.
+    mains: u32,
+    /// Its number.
+    id: u32,
+}
+
+/// Lays families out one behind the other.
+const fn family(before: Option<Family>, mains: u32, bins: u32) -> Family {
+    let (base, id) = match before {
+        Some(f) => (f.base + f.bins * f.mains, f.id + 1),
+        None => (0, 0),
+    };
+    Family {
+        base,
+        bins,
+        mains,
+        id,
+    }
+}
+
+impl Family {
+    /// The place of a bin of a main context among those of all families.
+    #[inline]
+    pub fn place(self, main: u32, bin: u32) -> usize {
+        debug_assert!(main < self.mains && bin < self.bins);
+        (self.base + main * self.bins + bin) as usize
+    }
+
+    /// Its number.
+    #[inline]
+    pub fn number(self) -> u32 {
+        self.id
+    }
+}
+
+/// Is the triangle across the one across the next edge?
+pub const RIGHT: Family = family(None, 24 * 10, 1);
+/// Is it the one across the edge before?
+pub const LEFT: Family = family(Some(RIGHT), 24 * 10, 1);
+/// Is there no triangle across?
+pub const BORDER: Family = family(Some(LEFT), 16, 1);
+/// Is its tip a vertex that is not on the border?
+pub const NEW: Family = family(Some(BORDER), 24, 1);
+/// Was the vertex met before all the same?
+pub const SEEN: Family = family(Some(NEW), 3, 1);
+/// Does the fan go on to the right of a new vertex?
+pub const FAN_RIGHT: Family = family(Some(SEEN), 24 * 10, 1);
+/// And to the left?
+pub const FAN_LEFT: Family = family(Some(FAN_RIGHT), 24 * 10, 1);
+/// Are two edges that meet in both ends one?
+pub const ZIP: Family = family(Some(FAN_LEFT), 2, 1);
+/// Is the triangle coded in the other orientation?
+pub const REVERSED: Family = family(Some(ZIP), 2, 1);
+/// Where a linked edge lies.
+pub const LINK: Family = family(Some(REVERSED), 4, NUMBER_BINS);
+/// Which earlier vertex is meant.
+pub const BACK: Family = family(Some(LINK), 2, NUMBER_BINS);
+/// Coordinates that nothing predicts.
+pub const LONE: Family = family(Some(BACK), 6, NUMBER_BINS);
+/// Residuals of predicted coordinates.
+pub const RESIDUAL: Family = family(Some(LONE), 3 * 64, NUMBER_BINS);
+/// Is a coordinate one of those that repeat?
+pub const LISTED: Family = family(Some(RESIDUAL), 3 * 3 * 8 * 8, 1);
+/// Which of them it is, from the one nearest to the prediction.
+pub const STEP: Family = family(Some(LISTED), 3 * 64, NUMBER_BINS);
+/// The repeated coordinates.
+pub const LIST: Family = family(Some(STEP), 2, NUMBER_BINS);
+/// Which vertex of an earlier chunk is meant.
+pub const REFERENCE: Family = family(Some(LIST), 3, NUMBER_BINS);
+const LAST: Family = REFERENCE;
+/// Number of main contexts with their bins, of all families.
+pub const FAST_SIZE: usize = (LAST.base + LAST.bins * LAST.mains) as usize;
+/// Number of families.
+pub const FAMILIES: usize = LAST.id as usize + 1;
+
+/// Bins of a number: classes, signs, mantissas.
+pub const NUMBER_BINS: u32 = 36 + 8 + 36 + 72;
+
+/// What a decision is judged by.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Contexts {
+    /// Index below the family's number of main contexts.
+    pub main: u32,
+    /// Any numbers: further views, which the strong level hashes.
+    pub more: [u32; MORE],
+}
+
+impl Contexts {
+    /// The main context alone.
+    pub fn of(main: u32) -> Contexts {
+        Contexts {
+            main,
+            more: [main; MORE],
+        }
+    }
+}
+
+/// A probability that learns: fast at first, then slower.
+#[derive(Clone, Copy, Debug)]
+pub struct Cell {
+    one: u16,
+    seen: u16,
+}
+
+/// 65536 / (n + 1.6): the step when n bits were seen.
+const RATE: [u16; 256] = rates();
+
+const fn rates() -> [u16; 256] {
+    let mut rates = [0; 256];
+    let mut n = 0;
+    while n < 256 {
+        rates[n] = (655_360 / (10 * n + 16)) as u16;
+        n += 1;
+    }
+    rates
+}
+
+impl Cell {
+    /// Knows nothing.
+    pub const NEW: Cell = Cell {
+        one: 1 << (BITS - 1),
+        seen: 0,
+    };
+
+    /// The probability of a 1, kept away from certainty.
+    #[inline]
+    pub fn one(self) -> u32 {
+        u32::from(self.one).clamp(24, (1 << BITS) - 24)
+    }
+
+    /// Bits seen, up to the limit.
+    #[inline]
+    pub fn seen(self) -> u16 {
+        self.seen
+    }
+
+    /// Learns a bit; `limit` bits are remembered, fewer than 256.
+    #[inline]
+    pub fn learn(&mut self, bit: bool, limit: u16) {
+        let target = if bit { (1 << BITS) - 1 } else { 0 };
+        let gap = target - i32::from(self.one);
+        let step = gap * i32::from(RATE[self.seen as usize]);
+        self.one = (i32::from(self.one) + (step >> BITS)) as u16;
+        if self.seen < limit {
+            self.seen += 1;
+        }
+    }
+}
+
+/// A level: how probabilities are had from contexts.
+pub trait Model {
+    /// True when the further contexts are looked at.
+    const MIXES: bool;
+
+    /// A model that knows nothing.
+    fn new() -> Self;
+
+    /// Codes one bit of a decision of `family`, at `bin` of its contexts.
+    fn bit(
+        &mut self,
+        coder: &mut impl Coder,
+        family: Family,
+        bin: u32,
+        contexts: &Contexts,
+        bit: bool,
+    ) -> bool;
+
+    /// A number and its sign. `start` is the class (bits of the magnitude) that is looked at
+    /// first, `hint` (below 8) what is known of the sign.
+    fn number(
+        &mut self,
+        coder: &mut impl Coder,
+        family: Family,
+        contexts: &Contexts,
+        (start, hint): (u32, u32),
+        value: i64,
+    ) -> i64 {
+        let size = self.size(coder, family, contexts, start, value.unsigned_abs());
+        if size == 0 {
+            return 0;
+        }
+        let minus = self.bit(coder, family, 36 + hint, contexts, value < 0);
+        if minus { -(size as i64) } else { size as i64 }
+    }
+
+    /// A number without sign.
+    fn size(
+        &mut self,
+        coder: &mut impl Coder,
+        family: Family,
+        contexts: &Contexts,
+        start: u32,
+        value: u64,
+    ) -> u64 {
+        let truth = 64 - value.leading_zeros();
+        let mut class = start.min(34);
+        if self.bit(coder, family, class, contexts, truth > class) {
+            class += 1;
+            while class < 35 && self.bit(coder, family, class, contexts, truth > class) {
+                class += 1;
+            }
+        } else {
+            while class > 0 && !self.bit(coder, family, class - 1, contexts, truth > class - 1) {
+                class -= 1;
+            }
+        }
+        if class < 2 {
+            return u64::from(class);
+        }
+        // The two bits below the leading one have contexts, the others hardly need any.
+        let below = class - 1;
+        let bit = |i: u32| value >> i & 1 == 1;
+        let first = self.bit(coder, family, 44 + class, contexts, bit(below - 1));
+        let mut back = 2 | u64::from(first);
+        if below > 1 {
+            let bin = 80 + 2 * class + u32::from(first);
+            let second = self.bit(coder, family, bin, contexts, bit(below - 2));
+            back = back << 1 | u64::from(second);
+        }
+        if below > 2 {
+            let rest = below - 2;
+            back = back << rest | coder.plain(rest, value & ((1 << rest) - 1));
+        }
+        back
+    }
+}
+
+/// One context a bit.
+#[derive(Debug)]
+pub struct Fast {
+    cells: Vec<Cell>,
+}
+
+/// How many bits a fast context remembers.
+const FAST_LIMIT: u16 = 160;
+
+impl Model for Fast {
+    const MIXES: bool = false;
+
+    fn new() -> Fast {
+        Fast {
+            cells: vec![Cell::NEW; FAST_SIZE],
+        }
+    }
+
+    #[inline]
+    fn bit(
+        &mut self,
+        coder: &mut impl Coder,
+        family: Family,
+        bin: u32,
+        contexts: &Contexts,
+        bit: bool,
+    ) -> bool {
+        let cell = &mut self.cells[family.place(contexts.main, bin)];
+        let bit = coder.code(cell.one(), bit);
+        cell.learn(bit, FAST_LIMIT);
+        bit
+    }
+}

@@ -1,0 +1,79 @@
+//! Vectors of integers, and logarithms and lengths without floating point.
+
+/// A vector.
+pub type Vec3 = [i64; 3];
+
+/// a - b.
+#[inline]
+pub fn sub(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// a + b.
+#[inline]
+pub fn add(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// a . b.
+#[inline]
+pub fn dot(a: Vec3, b: Vec3) -> i64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// a x b.
+#[inline]
+pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// The largest magnitude of a coordinate.
+#[inline]
+pub fn reach(a: Vec3) -> u64 {
+    a[0].unsigned_abs() | a[1].unsigned_abs() | a[2].unsigned_abs()
+}
+
+/// How far to shift down so that at most `bits` bits are left.
+#[inline]
+pub fn excess(reach: u64, bits: u32) -> u32 {
+    (64 - reach.leading_zeros()).saturating_sub(bits)
+}
+
+/// Each coordinate shifted down.
+#[inline]
+pub fn shift(a: Vec3, by: u32) -> Vec3 {
+    [a[0] >> by, a[1] >> by, a[2] >> by]
+}
+
+/// Four times the binary logarithm, by the leading one and the two bits behind it; 0 for 0.
+#[inline]
+pub fn log4(x: u64) -> i32 {
+    if x == 0 {
+        return 0;
+    }
+    let top = 63 - x.leading_zeros();
+    let two = if top >= 2 {
+        x >> (top - 2)
+    } else {
+        x << (2 - top)
+    };
+    (4 * top + (two as u32 & 3)) as i32
+}
+
+/// Bits of a fraction of a [`unit()`] vector.
+pub const UNIT: u32 = 20;
+
+/// The vector of length 2^20 in this direction; 0 for 0.
+#[inline]
+pub fn unit(a: Vec3) -> Vec3 {
+    let a = shift(a, excess(reach(a), 30));
+    let length = (dot(a, a) as u64).isqrt() as i64;
+    if length == 0 {
+        return [0; 3];
+    }
+    a.map(|x| (x << UNIT) / length)
+}
