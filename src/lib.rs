@@ -39,8 +39,8 @@
 //! | `G.npy` | (N,3) | coordinates |
 //! | `component.npy` | (T,) | component of each triangle |
 //! | `flipped.npy` | bits | triangles whose orientation differs from the input |
-//! | `components.npy` | table | counts, verdicts, volume, area and box of each component |
-//! | `nonmanifold_edges.npy`, `nonmanifold_corners.npy`, `degenerate.npy` | lists | the culprits |
+//! | `components.npy` | table | counts, verdicts, volume, area, box, loops and genus of each component |
+//! | `nonmanifold_edges.npy`, `nonmanifold_corners.npy`, `nonmanifold_vertices.npy`, `degenerate.npy`, `duplicate.npy` | lists | the culprits |
 //! | `manifest.json` | | counts, types, options, digest, checksums; written last |
 //!
 //! The bytes depend on the input and on the options that shape the output, and on nothing else:
@@ -88,10 +88,12 @@ mod error;
 pub mod export;
 pub mod folder;
 pub mod input;
+pub mod measure;
 pub mod report;
 pub mod shuffle;
 pub mod table;
 pub mod verify;
+pub mod walk;
 
 pub use error::{BadInput, Error, Result};
 pub use table::CornerTable;

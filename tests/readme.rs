@@ -10,7 +10,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-const COMMANDS: [&str; 6] = ["build", "info", "verify", "encode", "decode", "export"];
+const COMMANDS: [&str; 13] = [
+    "build", "check", "info", "verify", "encode", "decode", "export", "filter", "normals", "path",
+    "swirl", "picture", "report",
+];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

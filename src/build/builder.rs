@@ -40,6 +40,7 @@ pub struct Builder {
     chunk: Option<u64>,
     buckets: Option<usize>,
     strategy: Strategy,
+    measures: bool,
     progress: Arc<dyn Progress>,
 }
 
@@ -71,6 +72,7 @@ impl Builder {
             chunk: None,
             buckets: None,
             strategy: Strategy::Auto,
+            measures: true,
             progress: Arc::new(NoProgress),
         }
     }
@@ -179,6 +181,13 @@ impl Builder {
         self
     }
 
+    /// Whether to measure the vertices: fans, border loops, genus, non-manifold vertices, duplicate
+    /// triangles. By default yes.
+    pub fn measures(mut self, measures: bool) -> Self {
+        self.measures = measures;
+        self
+    }
+
     /// For tests: the way to go. The output does not depend on it.
     #[doc(hidden)]
     pub fn strategy(mut self, strategy: Strategy) -> Self {
@@ -212,6 +221,7 @@ impl Builder {
             chunk: self.chunk,
             buckets: self.buckets,
             strategy: self.strategy,
+            measures: self.measures,
         };
         run(clock, &mesh, &wishes, staging)
     }
@@ -233,6 +243,7 @@ impl Builder {
             check_width(narrow, survey.triangles, survey.vertices.unwrap_or(0))?;
         }
         let sizes = Sizes {
+            measures: self.measures,
             memory: self.memory,
             threads: self.threads.max(1),
             wide: request.wide,

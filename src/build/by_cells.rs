@@ -11,11 +11,13 @@ use super::cells::settle::{APPENDED, Sinks, settle};
 use super::cells::sums::Sums;
 use super::chunks::Settled;
 use super::components::{Given, components};
-use super::finish::{Found, list_cuts};
+use super::finish::{Found, list};
 use super::nodes::Nodes;
 use super::pipeline::{Built, Clock};
 use super::records::{EdgeCorner, Patch};
 use super::seams::{Seaming, seams};
+use super::stars::Starred;
+use super::stars::spill::Spilled;
 use super::stitch::{Linked, stitch};
 use super::tail::{Edges, Rows};
 use super::way::{Kind, Way};
@@ -39,6 +41,7 @@ struct Settling<W: Index> {
     degenerate: Vec<u64>,
     unreferenced: u64,
     settled: Settled,
+    stars: Option<Spilled<W>>,
 }
 
 /// Records in order of arrival.
@@ -146,6 +149,16 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
     };
     let mut counts = settled.counts(job)?;
     let nodes = Nodes::ByName(&names);
+    let stars = match settling.stars {
+        Some(spilled) => {
+            let left = spilled.finish()?;
+            let parts = left.parts.records();
+            Some(clock.pass("stars", "parts of fans", parts, || {
+                Starred::new(job, &nodes, left)
+            })?)
+        }
+        None => None,
+    };
     let labels = nodes.count() * W::BYTES as u64 + nodes.count() / 2;
     let windows = ws.workers.count() as u64 * plan.windows.bytes::<I, W>();
     if labels + windows > ws.budget.free() / 8 * 7 {
@@ -161,13 +174,14 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
         stitch::<W>(job, &linked, true)
     })?;
     let borders = files.borders::<W>(job, &names)?;
-    let chosen = clock.pass("components", "", 0, || {
+    let mut chosen = clock.pass("components", "", 0, || {
         let given = Given {
             nodes,
             labels: &labels,
             borders: &borders,
             cuts: &cuts,
             grid: &grid,
+            stars: stars.as_ref(),
         };
         let sums = Sums {
             job,
@@ -198,10 +212,12 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
     };
     let lists = clock.pass("assemble", "triangles", t, || {
         assemble::<I, W>(job, &plan.windows, &said, &arrays.tables())?;
-        list_cuts::<I, W>(job, &found, counts.nonmanifold_edges)
+        list::<I, W>(job, &found, counts.nonmanifold_edges, stars.as_ref())
     })?;
+    let measures = chosen.stars.take().map(|stars| stars.measures);
+    let counted = (counts, measures);
     let made = (chosen.table, lists);
-    Ok(Ok(arrays.built(made, counts, spilled, nodes.count())))
+    Ok(Ok(arrays.built(made, counted, spilled, nodes.count())))
 }
 
 /// Maps, deals and settles.
@@ -267,10 +283,18 @@ fn settle_all<W: Index, X: Coord>(
         unmeasured: ws.scratch.file("triangles to measure")?,
     };
     let threads = ws.workers.count() as u64;
+    let parts = plan.parts(t);
+    let stars = match job.shape.measures {
+        true => Some(Spilled::new(job, parts)?),
+        false => None,
+    };
     let writers = plan.replies.writer_bytes()
         + plan.patches.writer_bytes()
         + 2 * rare.writer_bytes()
-        + APPENDED;
+        + APPENDED
+        + stars
+            .as_ref()
+            .map_or(0, |_| Spilled::<W>::thread_bytes(job, parts));
     // An eighth stays free for what the shuffles note of what they wrote.
     let free = ws.budget.free() / 8 * 7;
     let share = (free / threads).saturating_sub(writers);
@@ -286,6 +310,7 @@ fn settle_all<W: Index, X: Coord>(
             counts: &files.counts,
             measures: &files.measures,
             unmeasured: &files.unmeasured,
+            stars: stars.as_ref(),
         };
         settle(job, &hands, places, grid, share, &sinks)?
     };
@@ -299,6 +324,7 @@ fn settle_all<W: Index, X: Coord>(
         files,
         degenerate: hands.degenerate,
         unreferenced: hands.unreferenced,
+        stars,
         settled: Settled {
             degenerate,
             ..settled

@@ -9,18 +9,20 @@
 //!
 //! Memory: [`Shape::chunk_bytes`](super::plan::Shape::chunk_bytes) for each triangle of a chunk
 //! and thread, two writers a thread, 64 bytes a chunk. I/O: V read once, G once when coherent;
-//! V, O, component written once; seam records and 16 bytes a local component to scratch.
+//! V, O, component written once; seam records and 24 bytes a local component to scratch.
 
 use super::Job;
 use super::arrays::{CoordReader, OutArray, TriangleReader, bad_index};
 use super::records::{EdgeCorner, LocalCount, MeasureRecord};
 use super::scan::Seams;
 use super::scratch_items;
+use super::stars::spill::{Block, Spilled, Spiller};
 use super::whole::Whole;
 use crate::chunk::grid::Grid;
 use crate::chunk::ids::{LocalIds, NARROW_SPAN};
 use crate::chunk::measure::{Coord, Measure, Measurer};
 use crate::chunk::pair::{Pairs, SPECIAL};
+use crate::chunk::star::{self, StarCount};
 use crate::chunk::swirl::{NO_COMPONENT, Swirl};
 use crate::corner::{Index, flip_k, next_k, prev_k};
 use crate::disk::{Lease, ScratchFile, Workspace};
@@ -93,6 +95,8 @@ pub struct Sinks<'a, W: Index> {
     pub o: &'a OutArray,
     /// Component of the new folder; local labels until the finish pass.
     pub component: &'a OutArray,
+    /// What is left of vertex stars, when they are wanted.
+    pub stars: Option<&'a Spilled<W>>,
 }
 
 /// Scratch memory of one thread.
@@ -104,6 +108,7 @@ struct Thread<'a, I, W: Index, X> {
     edges: Writer<'a, EdgeCorner<W>>,
     cuts: Writer<'a, EdgeCorner<W>>,
     kernels: Kernels,
+    stars: Option<Spiller<'a, W>>,
     out: Vec<I>,
     counts: Vec<LocalCount>,
     measurer: Measurer,
@@ -165,7 +170,8 @@ pub fn chunks<I: Index, W: Index, X: Coord>(
                 .unwrap_or_else(|e| e.into_inner())
                 .merge(&thread.settled);
             thread.edges.finish()?;
-            thread.cuts.finish()
+            thread.cuts.finish()?;
+            thread.stars.map_or(Ok(()), Spiller::finish)
         },
     )?;
     let infos = infos.into_inner().unwrap_or_else(|e| e.into_inner());
@@ -260,6 +266,7 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
             edges: sinks.edges.writer()?,
             cuts: sinks.cuts.writer()?,
             kernels: Kernels::default(),
+            stars: sinks.stars.map(Spilled::spiller).transpose()?,
             out: Vec::new(),
             counts: Vec::new(),
             measurer: Measurer::default(),
@@ -348,7 +355,17 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
                 triangles: c.triangles,
                 flipped: c.flipped,
                 borders: c.borders | if c.conflict { LocalCount::CONFLICT } else { 0 },
+                rings: 0,
+                loops: 0,
             }));
+        if let Some(stars) = &mut self.stars {
+            let first = job.chunk_range(chunk).0;
+            let found = self.kernels.stars(stars, first)?;
+            for (count, star) in self.counts.iter_mut().zip(found) {
+                (count.rings, count.loops) = (star.rings, star.loops);
+            }
+        }
+        let swirl = &self.kernels.swirl;
         let conflicts = swirl.components.iter().any(|c| c.conflict);
         let flips = swirl.any_flip();
         if flips {
@@ -435,6 +452,50 @@ impl Kernels {
         self.pairs.pair(self.ids.local(), &self.seam);
         self.swirl.walk(&self.pairs.opposite);
         Ok(())
+    }
+
+    /// Finds the stars of the chunk, which begins with triangle `first`; gives what its local
+    /// components count.
+    fn stars<'s, W: Index>(
+        &self,
+        stars: &'s mut Spiller<'_, W>,
+        first: u64,
+    ) -> Result<&'s [StarCount]> {
+        let settled = star::Settled {
+            local: self.ids.local(),
+            span: self.ids.span(),
+            label: &self.swirl.label,
+            open: &self.seam,
+        };
+        let block = Settling {
+            kernels: self,
+            first,
+        };
+        let components = self.swirl.components.len();
+        stars.settle(&settled, &self.pairs, components, &block)
+    }
+}
+
+/// A chunk that begins with triangle `first`, and what it calls things.
+struct Settling<'a> {
+    kernels: &'a Kernels,
+    first: u64,
+}
+
+impl Block for Settling<'_> {
+    #[inline]
+    fn corner(&self, corner: u32) -> (u64, usize) {
+        (self.first + u64::from(corner / 3), corner as usize % 3)
+    }
+
+    #[inline]
+    fn vertex(&self, local: u32) -> u64 {
+        self.kernels.ids.global(local)
+    }
+
+    #[inline]
+    fn called(&self, triangle: u32) -> u64 {
+        u64::from(self.kernels.swirl.label[triangle as usize] >> 1)
     }
 }
 

@@ -17,6 +17,9 @@ use super::graph::bits::Bits;
 use super::graph::labels::split;
 use super::nodes::Nodes;
 use super::records::{EdgeCorner, LocalCount, MeasureRecord};
+use super::rows::{Table, measured};
+use super::stars::Starred;
+use super::stars::shared::{Meetings, meet};
 use super::stitch::Labels;
 use super::tally::{Piece, Sums, Tally, reduce};
 use super::{SCRATCH_BLOCK, scratch_items};
@@ -25,7 +28,7 @@ use crate::chunk::measure::Coord;
 use crate::corner::Index;
 use crate::disk::ScratchFile;
 use crate::error::Result;
-use crate::folder::{self, ComponentRow, Counts, Orient};
+use crate::folder::{ComponentRow, Counts, Measures, Orient};
 use crate::shuffle::{Buckets, Shuffle};
 
 /// What was decided.
@@ -36,6 +39,16 @@ pub struct Chosen {
     pub table: OutArray,
     /// Corners on non-manifold edges.
     pub cuts: Cuts,
+    /// What the vertices tell, when they are measured.
+    pub stars: Option<Measured>,
+}
+
+/// What the vertices tell of the components.
+pub struct Measured {
+    /// The numbers of the whole mesh.
+    pub measures: Measures,
+    /// The vertices that several fans share.
+    pub meetings: Meetings,
 }
 
 /// What the pass works with.
@@ -50,6 +63,8 @@ pub struct Given<'a, W: Index> {
     pub cuts: &'a Buckets<EdgeCorner<W>>,
     /// The grid of volumes.
     pub grid: &'a Grid,
+    /// Vertex stars, when they are wanted.
+    pub stars: Option<&'a Starred<W>>,
 }
 
 /// What the chunks counted and measured, with what it takes to measure the rest.
@@ -83,7 +98,13 @@ pub fn components<W: Index>(
     let tally = ws.budget.free() / 16 / threads;
     sum(&pieces, tally)?;
     let cuts = Cuts::sorted(job, &given.nodes, given.labels, given.cuts)?;
-    sum_borders(job, given, &pieces, tally)?;
+    sum_marks(job, given, (&pieces, tally), given.borders, |s| {
+        s.borders += 1
+    })?;
+    let mut stars = match given.stars {
+        Some(stars) => Some(sum_stars(job, given, (&pieces, tally), stars)?),
+        None => None,
+    };
     counts.components_joined = if cuts.is_empty() {
         number
     } else {
@@ -92,23 +113,11 @@ pub fn components<W: Index>(
     let mut cut_counts = cuts.counts(job, given.labels)?;
     let pieces = pieces.finish()?;
     let mut flip = Bits::new(&ws.budget, "flips by component", number)?;
-    let table = OutArray::create(
-        job.dir,
-        folder::COMPONENTS,
-        folder::COMPONENT_DESCR,
-        &[number],
-        size_of::<ComponentRow>() as u64,
-        ws,
-    )?;
+    let mut table = Table::new(job, number, stars.is_some())?;
     let mut sorter = pieces.sorter(job.sort_memory(0))?;
-    let mut rows: Vec<ComponentRow> = Vec::with_capacity(512);
-    let mut written = 0;
     reduce(&pieces, &mut sorter, |component, sums| {
-        if component != written + rows.len() as u64 {
-            let what = format!(
-                "component {component} came after {} rows",
-                written + rows.len() as u64
-            );
+        if component != table.rows() {
+            let what = format!("component {component} came after {} rows", table.rows());
             return Err(crate::Error::Internal(what));
         }
         let cut = cut_counts.of(component)?;
@@ -117,16 +126,47 @@ pub fn components<W: Index>(
             flip.set(component);
         }
         count(&row, counts);
-        rows.push(row);
-        if rows.len() == rows.capacity() {
-            table.write(written, &rows)?;
-            written += rows.len() as u64;
-            rows.clear();
-        }
-        Ok(())
+        let measures = match &mut stars {
+            Some(stars) => Some(measured(&row, sums, &mut stars.measures)?),
+            None => None,
+        };
+        table.push(&row, measures.as_ref())
     })?;
-    table.write(written, &rows)?;
-    Ok(Chosen { flip, table, cuts })
+    Ok(Chosen {
+        flip,
+        table: table.finish()?,
+        cuts,
+        stars,
+    })
+}
+
+/// Sums what vertex stars say of components.
+fn sum_stars<W: Index>(
+    job: &Job,
+    given: &Given<W>,
+    (pieces, memory): (&Shuffle<Piece>, u64),
+    stars: &Starred<W>,
+) -> Result<Measured> {
+    let to = (pieces, memory);
+    sum_marks(job, given, to, &stars.rings, |s| s.rings += 1)?;
+    sum_marks(job, given, to, &stars.loops, |s| s.loops += 1)?;
+    let components = given.labels.components;
+    let mut tally = Tally::new(&job.ws.budget, memory, components, pieces)?;
+    let mut again = |component, times| {
+        tally.at(component)?.again += times;
+        Ok(())
+    };
+    let meetings = meet(job, &given.nodes, given.labels, &stars.shared, &mut again)?;
+    tally.finish()?;
+    let measures = Measures {
+        nonmanifold_vertices: meetings.count::<W>(),
+        duplicate: stars.duplicates(),
+        components_joined_at_vertices: meetings.joined,
+        largest_valence: stars.valences.largest,
+        valences: stars.valences.classes(job.shape.vertices),
+        ..Measures::default()
+    };
+    Ok(Measured { measures, meetings })
 }
 
 /// The orientation and the row of one component.
@@ -264,19 +304,23 @@ pub fn sum_chunks<I: Index, W: Index, X: Coord>(
     )
 }
 
-/// Sums the borders that the seams found.
-fn sum_borders<W: Index>(
+/// Sums what is marked by the numbers of local components in a file.
+fn sum_marks<W: Index>(
     job: &Job,
     given: &Given<W>,
-    pieces: &Shuffle<Piece>,
-    memory: u64,
+    (pieces, memory): (&Shuffle<Piece>, u64),
+    marks: &ScratchFile,
+    add: impl Fn(&mut Sums),
 ) -> Result<()> {
+    if marks.is_empty() {
+        return Ok(());
+    }
     let (ws, components) = (job.ws, given.labels.components);
-    let borders = job.labels_in_order(given.labels, &given.nodes, given.borders)?;
+    let marks = job.labels_of_list(given.labels, given.nodes.count(), marks)?;
     let mut tally = Tally::new(&ws.budget, memory, components, pieces)?;
-    scratch_items(ws, &borders, 0, borders.len(), &mut |labels: &[W]| {
+    scratch_items(ws, &marks, 0, marks.len(), &mut |labels: &[W]| {
         for &label in labels {
-            tally.at(split(label).0)?.borders += 1;
+            add(tally.at(split(label).0)?);
         }
         Ok(())
     })?;

@@ -11,11 +11,9 @@
 
 use super::appender::{Appender, BLOCK};
 use super::graph::labels::{Labels, split};
-use super::graph::union::Joins;
 use super::nodes::Nodes;
-use super::plan::Strategy;
 use super::records::EdgeCorner;
-use super::{Job, SCRATCH_BLOCK, contraction_size, scratch_items};
+use super::{Job, SCRATCH_BLOCK, scratch_items};
 use crate::corner::Index;
 use crate::disk::{Budget, Lease, ScratchFile};
 use crate::error::Result;
@@ -76,7 +74,7 @@ impl Cuts {
             Ok(())
         })?;
         drop((sorter, block, lease));
-        let labels = job.labels_in_order(labels, nodes, &locals)?;
+        let labels = job.labels_of_list(labels, nodes.count(), &locals)?;
         Ok(Cuts { corners, labels })
     }
 
@@ -119,13 +117,7 @@ impl Cuts {
     /// # Errors
     /// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`].
     pub fn join<W: Index>(&self, job: &Job, components: u64) -> Result<u64> {
-        let fits = match job.strategy {
-            Strategy::Auto => Joins::<W>::bytes(components) <= job.ws.budget.free() / 2,
-            Strategy::Memory | Strategy::ByPlace | Strategy::ById => true,
-            Strategy::Contract => false,
-        };
-        let size = (!fits).then(|| contraction_size::<W>(job, components));
-        let mut joins = Joins::<W>::new(job.ws, components, size)?;
+        let mut joins = job.joins::<W>(components)?;
         let (mut edge, mut before) = (None, 0);
         self.each(job, &mut |corner: &EdgeCorner<W>, (component, _)| {
             if edge.replace(corner.edge()) == Some(corner.edge()) {

@@ -19,6 +19,7 @@ use super::components::Chosen;
 use super::deferred::ChunkLabels;
 use super::graph::labels::LabelRange;
 use super::records::{EdgeCorner, Patch};
+use super::stars::Starred;
 use super::stitch::Labels;
 use crate::corner::{Index, flip, flip_k};
 use crate::error::Result;
@@ -389,15 +390,29 @@ pub fn fill<I: Index, W: Index>(
 /// Rows of the lists that are held at a time.
 const LISTED: usize = 1 << 10;
 
+/// Writes the lists of culprits, by the ids of the final table.
+///
+/// # Errors
+/// [`crate::Error::Budget`], [`crate::Error::Io`].
+pub fn list<I: Index, W: Index>(
+    job: &Job,
+    found: &Found<W>,
+    edges: u64,
+    stars: Option<&Starred<W>>,
+) -> Result<Vec<OutArray>> {
+    let mut lists = Vec::from(list_cuts::<I, W>(job, found, edges)?);
+    if let (Some(stars), Some(measured)) = (stars, &found.chosen.stars) {
+        lists.push(measured.meetings.list::<I, W>(job)?);
+        lists.push(stars.list_duplicates::<I>(job)?);
+    }
+    Ok(lists)
+}
+
 /// Writes the non-manifold edges and their corners, by the ids of the final table.
 ///
 /// # Errors
 /// [`crate::Error::Io`].
-pub fn list_cuts<I: Index, W: Index>(
-    job: &Job,
-    found: &Found<W>,
-    edges: u64,
-) -> Result<[OutArray; 2]> {
+fn list_cuts<I: Index, W: Index>(job: &Job, found: &Found<W>, edges: u64) -> Result<[OutArray; 2]> {
     let corners = found.chosen.cuts.count::<W>();
     let create = |name, descr: &str, rows, bytes| {
         OutArray::create(job.dir, name, descr, &[rows], bytes, job.ws)

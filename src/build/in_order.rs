@@ -3,12 +3,14 @@
 use super::Job;
 use super::chunks::{Chunked, Sinks, chunks};
 use super::components::{ChunkSums, Given, components, sum_chunks};
-use super::finish::{Found, apply, fill, list_cuts};
+use super::finish::{Found, apply, fill, list};
 use super::nodes::Nodes;
 use super::pipeline::{Built, Clock};
 use super::records::{EdgeCorner, Patch};
 use super::scan::scan;
 use super::seams::{Seaming, seams};
+use super::stars::Starred;
+use super::stars::spill::Spilled;
 use super::stitch::{Linked, stitch};
 use super::tail::{Edges, Rows};
 use super::way::Way;
@@ -43,6 +45,12 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
     let edges = Shuffle::new(ws, "seam corners", 0..n, job.shuffle_plan(record, expected))?;
     let plan = job.shuffle_plan(record, t / 64);
     let cuts = Shuffle::new(ws, "non-manifold corners", 0..n, plan)?;
+    // A part on either side of a seam, at each of its vertices.
+    let parts = (2 * seam_bits.count()).min(3 * t);
+    let spilled_stars = match job.shape.measures {
+        true => Some(Spilled::new(job, parts)?),
+        false => None,
+    };
     let chunked = clock.pass("chunks", "triangles", t, || {
         let sinks = Sinks {
             edges: &edges,
@@ -50,6 +58,7 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
             v: &rows.v,
             o: &rows.o,
             component: &rows.component,
+            stars: spilled_stars.as_ref(),
         };
         chunks::<I, W, X>(job, &seam_bits, &grid, &sinks)
     })?;
@@ -84,6 +93,16 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
         bounds,
     };
     let mut counts = settled.counts(job)?;
+    let stars = match spilled_stars {
+        Some(spilled) => {
+            let left = spilled.finish()?;
+            let parts = left.parts.records();
+            Some(clock.pass("stars", "parts of fans", parts, || {
+                Starred::new(job, &nodes, left)
+            })?)
+        }
+        None => None,
+    };
     let records = links.len() / (2 * W::BYTES as u64);
     let labels = clock.pass("stitch", "links", records, || {
         let linked = Linked {
@@ -97,13 +116,14 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
     })?;
     drop(links);
     check_held(job, &chunked, labels.components)?;
-    let chosen = clock.pass("components", "", 0, || {
+    let mut chosen = clock.pass("components", "", 0, || {
         let given = Given {
             nodes,
             labels: &labels,
             borders: &borders,
             cuts: &cuts,
             grid: &grid,
+            stars: stars.as_ref(),
         };
         let sums = ChunkSums {
             chunked: &chunked,
@@ -125,10 +145,12 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
     let lists = clock.pass("finish", "items", t + patches.records(), || {
         apply::<I, W>(job, &chunked, &found, &tables)?;
         fill::<I, W>(job, &found, &patches, &tables, counts.flipped_triangles > 0)?;
-        list_cuts::<I, W>(job, &found, counts.nonmanifold_edges)
+        list::<I, W>(job, &found, counts.nonmanifold_edges, stars.as_ref())
     })?;
+    let measures = chosen.stars.take().map(|stars| stars.measures);
+    let counted = (counts, measures);
     let made = (chosen.table, lists);
-    Ok(Ok(arrays.built(made, counts, spilled, nodes.count())))
+    Ok(Ok(arrays.built(made, counted, spilled, nodes.count())))
 }
 
 /// Refuses, now that the table of chunks is there, a budget that is too small for what comes

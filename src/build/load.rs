@@ -14,10 +14,11 @@ use super::chunks::table_bytes;
 use super::finish::SPAN;
 use super::plan::{Plan, Shape};
 use super::records::{EdgeCorner, Link, LocalCount, MeasureRecord, Patch};
+use super::stars::records::Part;
 use super::way::{Kind, fitting, helpful};
 use crate::disk::IoCount;
-use crate::folder::ComponentRow;
 use crate::folder::npy::DATA_START;
+use crate::folder::row_type;
 use crate::input::{CoordKind, Format, Survey, WeldCost, WeldSize};
 use crate::shuffle::tail;
 
@@ -68,7 +69,14 @@ fn through_cells(shape: &Shape, plan: &Plan, memory: u64) -> Option<u64> {
     };
     let dealt = 4 * w * t + 3 * w * parted;
     let counted = size_of::<NodeCount>() + size_of::<NodeMeasure>();
-    let told = 5 * w * t + 6 * w * parted + nodes * counted as u64 + 5 * w * unmeasured;
+    // Two or three triangles of each vertex between patches, each with a part of a fan.
+    let parts = if shape.measures {
+        (2 * parted).min(3 * t)
+    } else {
+        0
+    };
+    let told =
+        5 * w * t + (6 * parted + 8 * parts) * w + nodes * counted as u64 + 5 * w * unmeasured;
     let asked = 3 * unmeasured * ASKED.iter().sum::<u64>();
     let rest = tail(dealt, shape.threads, plan.writer);
     Some((dealt + spots).max(told + rest.max(asked)))
@@ -168,6 +176,35 @@ impl Load {
         ]
     }
 
+    /// True when nothing is settled in chunks.
+    fn scattered(&self) -> bool {
+        self.spilled == 3 * self.shape.triangles
+    }
+
+    /// Parts of fans: all corners in the worst order; else one on either side of each vertex
+    /// between strips, which are taken to be twice as long as they are for the edges there.
+    fn parts(&self) -> u64 {
+        if self.scattered() {
+            self.spilled
+        } else {
+            self.spilled / 2
+        }
+    }
+
+    /// Bytes of the parts, and of the triangles that may have twins.
+    fn stars(&self) -> u64 {
+        if !self.shape.measures {
+            return 0;
+        }
+        let parts = size_of::<Part<u32>>() as u64 / 4 * self.width;
+        let candidates = if self.scattered() {
+            self.shape.triangles
+        } else {
+            0
+        };
+        self.parts() * parts + candidates * 4 * self.width
+    }
+
     /// Bytes of what the chunks know of their local components.
     fn known(&self) -> [u64; 2] {
         let measured = self.shape.coord > 0 && self.deferred < self.shape.triangles.max(1);
@@ -192,7 +229,7 @@ impl Load {
         let flips = self.chunks * self.plan.chunk.div_ceil(8);
         let held = self.v[1] + flips + self.known().iter().sum::<u64>();
         let [corners, opposites, links] = self.seams();
-        let seams = held + corners.max(opposites + links) + rest(corners);
+        let seams = held + self.stars() + corners.max(opposites + links) + rest(corners);
         let mut most = self.weld.scratch.max(seams);
         if self.deferred > 0 {
             let [asks, answers] = self.asked();
@@ -279,12 +316,15 @@ impl Load {
         let [corners, opposites, links] = self.seams();
         let [counts, measures] = self.known();
         let rows = 7 * index * t;
-        let written = rows + corners + counts + measures;
+        let written = rows + corners + counts + measures + self.stars();
         let summed = 3 * index * t;
         pass("chunks", "triangles", t, v + self.g + summed, written);
         pass("seams", "corners", self.spilled, corners, opposites + links);
+        if self.shape.measures {
+            pass("stars", "parts of fans", self.parts(), self.stars(), 0);
+        }
         pass("stitch", "links", self.spilled / 2, links + counts, 0);
-        let table = DATA_START + size_of::<ComponentRow>() as u64;
+        let table = DATA_START + row_type(self.shape.measures).1;
         let asked: u64 = self.asked().iter().sum();
         let again = self.deferred * (survey.v_row + 3 * coord);
         let read = counts + measures + asked + again;

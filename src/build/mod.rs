@@ -5,9 +5,10 @@
 //!    O and local labels; spills the corners between seam vertices.
 //! 3. [`seams`]: sorts the spilled corners by edge; finds the remaining opposites and the
 //!    links between local components.
-//! 4. [`stitch`]: joins local components with parity ([`graph`]); [`components`] sums and orients
+//! 4. [`stars`]: joins the fans of corners at seam vertices.
+//! 5. [`stitch`]: joins local components with parity ([`graph`]); [`components`] sums and orients
 //!    them.
-//! 5. [`finish`]: applies labels, flips and the opposites from the seams.
+//! 6. [`finish`]: applies labels, flips and the opposites from the seams.
 //!
 //! Passes meet only in files and records ([`records`]); this module hands them on.
 
@@ -25,8 +26,10 @@ pub mod graph;
 pub mod nodes;
 pub mod plan;
 pub mod records;
+pub mod rows;
 pub mod scan;
 pub mod seams;
+pub mod stars;
 pub mod stitch;
 pub mod tally;
 pub mod whole;
@@ -49,11 +52,11 @@ pub use phases::Phase;
 pub use pipeline::{BuildReport, PassReport};
 pub use plan::Strategy;
 pub use predict::Prediction;
-pub use staging::parent;
+pub use staging::{Staging, parent};
 
 use self::graph::contract::Size;
 use self::graph::labels::{Labels, labels_of};
-use self::nodes::Nodes;
+use self::graph::union::Joins;
 use self::plan::{MIN_SORT, Plan, Shape};
 use crate::corner::Index;
 use crate::disk::{Lease, ScratchFile, Workspace};
@@ -134,16 +137,27 @@ impl Job<'_> {
         plan
     }
 
-    /// The labels of the local components that a file lists, in its order.
-    fn labels_in_order<W: Index>(
+    /// The labels of those of `nodes` nodes that a file lists, in its order.
+    fn labels_of_list<W: Index>(
         &self,
         labels: &Labels<W>,
-        nodes: &Nodes,
-        locals: &ScratchFile,
+        nodes: u64,
+        list: &ScratchFile,
     ) -> Result<ScratchFile> {
-        let plan = self.single_plan(2 * W::BYTES, locals.len() / W::BYTES as u64);
+        let plan = self.single_plan(2 * W::BYTES, list.len() / W::BYTES as u64);
         let sort = self.sort_memory(2 * plan.writer_bytes());
-        labels_of(self.ws, labels, (locals, nodes.count()), plan, sort)
+        labels_of(self.ws, labels, (list, nodes), plan, sort)
+    }
+
+    /// Counts the sets that components are joined to, in memory or by contraction.
+    fn joins<W: Index>(&self, components: u64) -> Result<Joins<'_, W>> {
+        let fits = match self.strategy {
+            Strategy::Auto => Joins::<W>::bytes(components) <= self.ws.budget.free() / 2,
+            Strategy::Memory | Strategy::ByPlace | Strategy::ById => true,
+            Strategy::Contract => false,
+        };
+        let size = (!fits).then(|| contraction_size::<W>(self, components));
+        Joins::<W>::new(self.ws, components, size)
     }
 
     /// Memory of one thread's sorter when `reserved` bytes more are still to be drawn.

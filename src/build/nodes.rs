@@ -41,11 +41,16 @@ impl Nodes<'_> {
     /// The number of a corner's local component.
     #[inline]
     pub fn of_corner<W: Index>(&self, corner: &EdgeCorner<W>) -> u64 {
+        self.of_triangle(corner.triangle(), corner.local())
+    }
+
+    /// The number of the local component of a triangle, which the triangle's chunk or cell calls
+    /// so.
+    #[inline]
+    pub fn of_triangle(&self, t: u64, called: u64) -> u64 {
         match self {
-            Nodes::InOrder(chunked, chunk) => {
-                chunked.base[(corner.triangle() / chunk) as usize] + corner.local()
-            }
-            Nodes::ByName(names) => names.number(corner.local()),
+            Nodes::InOrder(chunked, chunk) => chunked.base[(t / chunk) as usize] + called,
+            Nodes::ByName(names) => names.number(called),
         }
     }
 }

@@ -31,7 +31,7 @@ pub fn phases(shape: &Shape, plan: &Plan, memory: u64) -> Vec<Phase> {
         bytes,
     };
     let chunks = plan.chunks(shape.triangles);
-    let writers = 2 * shape.threads * plan.writer;
+    let writers = shape.threads * shape.writer_bytes(plan);
     let bytes = shape.pass_bytes(plan);
     let mut phases = vec![
         phase("scan", "chunks", chunks, bytes - writers),

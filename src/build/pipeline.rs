@@ -14,7 +14,7 @@ use crate::chunk::measure::Coord;
 use crate::corner::Index;
 use crate::disk::{DataFile, IoCount, Workspace};
 use crate::error::{Error, Result};
-use crate::folder::{self, Counts, FileEntry, Manifest, Orient, WarmSums};
+use crate::folder::{self, Counts, FileEntry, Manifest, Measures, Orient, WarmSums};
 use crate::input::{CoordKind, Mesh};
 use std::time::Instant;
 
@@ -110,6 +110,8 @@ pub struct Wishes {
     pub buckets: Option<usize>,
     /// Which way to go, for tests.
     pub strategy: Strategy,
+    /// Whether to measure the vertices.
+    pub measures: bool,
 }
 
 /// Builds the folder in `staging` from an opened mesh, seals it and puts it in its place.
@@ -138,7 +140,14 @@ pub fn run(
     let vertices = vertex_count(&mut clock, mesh)?;
     let triangles = mesh.v.triangles;
     check_width(wishes.narrow, triangles, vertices)?;
-    let shape = Shape::new(triangles, vertices, wishes.wide, kind, ws.workers.count());
+    let shape = Shape::new(
+        triangles,
+        vertices,
+        wishes.wide,
+        kind,
+        ws.workers.count(),
+        wishes.measures,
+    );
     // Only block sums are held now, which the plan's slack covers.
     let plan = Plan::new(&shape, ws.budget.limit(), wishes.chunk, wishes.buckets)?;
     let (bounds, g, g_file) = match placed {
@@ -229,6 +238,8 @@ pub struct Built {
     pub files: Vec<OutArray>,
     /// What was counted.
     pub counts: Counts,
+    /// What the vertices tell, when they were measured.
+    pub measures: Option<Measures>,
     /// Corners that went to the seam pass.
     pub seam_corners: u64,
     /// Local components before stitching.
@@ -291,7 +302,7 @@ fn seal(clock: &mut Clock, job: &Job, built: &Built, g: Option<OutArray>) -> Res
             weld: job.mesh.welded,
         },
         counts: built.counts.clone(),
-        measures: None,
+        measures: built.measures.clone(),
         input,
         files: files.iter().zip(&sums).map(entry).collect(),
         checksum: String::new(),

@@ -7,8 +7,10 @@
 
 use super::graph::contract::Size;
 use super::records::narrow;
+use super::stars::spill;
 use crate::chunk::ids::{NARROW_SPAN, TABLE_BYTES};
 use crate::chunk::measure::Measurer;
+use crate::chunk::star::Stars;
 use crate::error::{Error, Result};
 use crate::folder::fits_u4;
 use crate::input::CoordKind;
@@ -35,6 +37,8 @@ pub struct Shape {
     pub coord: u64,
     /// Threads.
     pub threads: u64,
+    /// True when vertices are measured.
+    pub measures: bool,
 }
 
 /// Which way a build goes, and how local components are joined. The output does not depend on it.
@@ -82,7 +86,7 @@ fn with_slack(bytes: u64) -> u64 {
 
 /// The least budget for any mesh on so many threads, but for the table of its chunks and the
 /// bits of its components: a chunk of the least size, the widest types, a few bits, the least
-/// sorters and writers.
+/// sorters and writers, measures and all.
 pub fn least(threads: u64) -> u64 {
     let widest = Shape {
         triangles: 1 << 40,
@@ -90,6 +94,7 @@ pub fn least(threads: u64) -> u64 {
         index: 8,
         coord: 8,
         threads,
+        measures: true,
     };
     let plan = Plan {
         chunk: MIN_CHUNK,
@@ -129,6 +134,7 @@ impl Shape {
         wide: bool,
         coords: Option<CoordKind>,
         threads: usize,
+        measures: bool,
     ) -> Shape {
         let wide = wide || !fits_u4(triangles, vertices);
         Shape {
@@ -137,6 +143,7 @@ impl Shape {
             index: if wide { 8 } else { 4 },
             coord: coords.map_or(0, CoordKind::bytes),
             threads: threads as u64,
+            measures,
         }
     }
 
@@ -159,7 +166,26 @@ impl Shape {
         let counts = 16 + 8;
         let out = 4 * self.index;
         let positions = NARROW_SPAN * (24 + 3 * self.coord + Measurer::BYTES);
-        reader + ids + pairs + swirl + counts + out + if self.coord > 0 { positions } else { 0 }
+        let stars = 3 * Stars::VERTEX_BYTES + Stars::TRIANGLE_BYTES + 8;
+        let at_most = |bytes: u64, wanted: bool| if wanted { bytes } else { 0 };
+        reader
+            + ids
+            + pairs
+            + swirl
+            + counts
+            + out
+            + at_most(positions, self.coord > 0)
+            + at_most(stars, self.measures)
+    }
+
+    /// Bytes of each thread's writers and blocks in the chunk pass.
+    pub fn writer_bytes(&self, plan: &Plan) -> u64 {
+        let stars = if self.measures {
+            spill::WRITERS * plan.writer + spill::APPENDED
+        } else {
+            0
+        };
+        2 * plan.writer + stars
     }
 
     /// Bytes for each triangle that is measured again at a time: reader, ids, coordinates.
@@ -169,9 +195,9 @@ impl Shape {
         reader + ids + NARROW_SPAN * (24 + 3 * self.coord)
     }
 
-    /// Bytes of the chunk pass: scratch of all threads, writers of two shuffles, the bits.
+    /// Bytes of the chunk pass: scratch of all threads, writers of all shuffles, the bits.
     pub fn pass_bytes(&self, plan: &Plan) -> u64 {
-        let thread = (plan.chunk + 64) * self.chunk_bytes() + 2 * plan.writer;
+        let thread = (plan.chunk + 64) * self.chunk_bytes() + self.writer_bytes(plan);
         self.threads * thread + plan.bits / 4
     }
 
@@ -182,7 +208,7 @@ impl Shape {
 
     /// The least budget for what comes after the chunk pass, with labels in a file: a chunk's
     /// labels and coordinates once more, sorters and writers, a contraction; two bits for each of
-    /// `components`; `table` bytes are the table of chunks. What the writers of two shuffles may
+    /// `components`; `table` bytes are the table of chunks. What the writers of shuffles may
     /// keep in memory is counted whether or not they do.
     pub fn least_after_chunks(&self, plan: &Plan, components: u64, table: u64) -> u64 {
         self.held_bytes(plan, table) + components / 4 + self.passing_bytes(plan)
@@ -205,7 +231,9 @@ impl Shape {
 
     /// What is held from the chunk pass to the end.
     fn held_bytes(&self, plan: &Plan, table: u64) -> u64 {
-        table + 2 * self.threads * plan.writer.min(KEPT)
+        // Parts of fans, and what may have twins, are used up before components are known.
+        let held = if self.measures { 3 } else { 2 };
+        table + held * self.threads * plan.writer.min(KEPT)
     }
 
     /// The number of bits for N ids that fits `limit` bits: one each, or a power of two.
@@ -278,6 +306,7 @@ mod tests {
                     index,
                     coord,
                     threads,
+                    measures: true,
                 };
                 let least = shape.least();
                 assert!(least < threads * (2 << 20), "{shape:?}: {least}");

@@ -19,7 +19,7 @@ use super::phases::{Phase, phases};
 use super::plan::{Plan, Shape};
 use crate::error::{Error, Result};
 use crate::folder::npy::DATA_START;
-use crate::folder::{self, BLOCK, COMPONENT_DESCR, ComponentRow, EDGE_DESCR, FileEntry};
+use crate::folder::{self, BLOCK, EDGE_DESCR, FileEntry};
 use crate::input::{Survey, closed_vertices};
 
 /// Beyond this no count is believed; products of counts and widths stay below 2^64.
@@ -66,6 +66,8 @@ pub struct Sizes {
     pub memory: u64,
     /// Threads.
     pub threads: usize,
+    /// Whether to measure the vertices.
+    pub measures: bool,
     /// Indices of 8 bytes whatever the counts.
     pub wide: bool,
     /// Triangles of a chunk, for tests.
@@ -93,6 +95,7 @@ impl Prediction {
             sizes.wide,
             survey.coords,
             sizes.threads,
+            sizes.measures,
         );
         let least = enough(&shape, 0)?;
         let plan = Plan::new(&shape, sizes.memory.max(least), sizes.chunk, sizes.buckets)?;
@@ -167,21 +170,21 @@ fn arrays(shape: &Shape) -> Vec<FileEntry> {
         bytes: DATA_START + dims[0] * row,
         blocks: Vec::new(),
     };
+    let (table, row) = folder::row_type(shape.measures);
     let mut arrays = vec![
         entry(folder::V, &id, &[t, 3], 3 * index),
         entry(folder::O, &id, &[t, 3], 3 * index),
         entry(folder::COMPONENT, &id, &[t], index),
         entry(folder::FLIPPED, "|u1", &[t.div_ceil(8)], 1),
-        entry(
-            folder::COMPONENTS,
-            COMPONENT_DESCR,
-            &[t.min(1)],
-            size_of::<ComponentRow>() as u64,
-        ),
+        entry(folder::COMPONENTS, table, &[t.min(1)], row),
         entry(folder::NONMANIFOLD_EDGES, EDGE_DESCR, &[0], 0),
         entry(folder::NONMANIFOLD_CORNERS, &id, &[0], 0),
         entry(folder::DEGENERATE, &id, &[0], 0),
     ];
+    if shape.measures {
+        arrays.push(entry(folder::NONMANIFOLD_VERTICES, &id, &[0], 0));
+        arrays.push(entry(folder::DUPLICATE, &id, &[0], 0));
+    }
     if shape.coord > 0 {
         let dtype = format!("<f{}", shape.coord);
         let dims = [shape.vertices, 3];

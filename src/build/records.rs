@@ -177,6 +177,10 @@ pub struct LocalCount {
     pub flipped: u32,
     /// Settled border edges, and in the top bit a parity conflict.
     pub borders: u32,
+    /// Fans that are rings.
+    pub rings: u32,
+    /// Loops of corners without opposite.
+    pub loops: u32,
 }
 
 impl LocalCount {

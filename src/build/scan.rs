@@ -15,7 +15,7 @@ use super::arrays::TriangleReader;
 use super::first_read::{first_read, seen};
 use crate::chunk::ids::LocalIds;
 use crate::corner::Index;
-use crate::disk::{Lease, Workspace};
+use crate::disk::{Budget, Lease, Workspace};
 use crate::error::Result;
 use crate::input::Mesh;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -29,10 +29,13 @@ pub struct Seams {
 }
 
 impl Seams {
-    fn new(job: &Job, what: &str) -> Result<Seams> {
-        let bits = job.plan.bits;
+    /// No marks yet, in so many bits: a multiple of 64 beyond every id, or a power of two.
+    ///
+    /// # Errors
+    /// [`crate::Error::Budget`].
+    pub fn new(budget: &Budget, bits: u64, what: &str) -> Result<Seams> {
         Ok(Seams {
-            _lease: job.ws.budget.lease(what, bits / 8)?,
+            _lease: budget.lease(what, bits / 8)?,
             words: (0..bits / 64).map(|_| AtomicU64::new(0)).collect(),
             bits,
         })
@@ -70,14 +73,15 @@ impl Seams {
 }
 
 /// Marks of one thread, before they go to the shared arrays.
-struct Marker {
+#[derive(Default)]
+pub struct Marker {
     ids: LocalIds,
     words: Vec<u64>,
 }
 
 impl Marker {
-    /// Marks the distinct ids of one chunk.
-    fn mark<I: Index>(&mut self, v: &[I], occurs: &Seams, seam: &Seams) {
+    /// Marks the distinct ids of one chunk: in `occurs`, and in `seam` when they were there.
+    pub fn mark<I: Index>(&mut self, v: &[I], occurs: &Seams, seam: &Seams) {
         self.ids.assign(v);
         let (Some(first), span) = (self.ids.window(), self.ids.span() as u64) else {
             for &id in self.ids.table() {
@@ -149,18 +153,15 @@ pub fn count_ids(ws: &Workspace, mesh: &Mesh) -> Result<u64> {
 pub fn scan<I: Index>(job: &Job) -> Result<(Seams, u64)> {
     let (ws, shape) = (job.ws, &job.shape);
     let (occurs, seam) = (
-        Seams::new(job, "marks of the scan")?,
-        Seams::new(job, "seam marks")?,
+        Seams::new(&ws.budget, job.plan.bits, "marks of the scan")?,
+        Seams::new(&ws.budget, job.plan.bits, "seam marks")?,
     );
     let _lease = job.chunk_lease("chunks of the scan")?;
     ws.workers.run(
         job.plan.chunks(shape.triangles),
         || {
-            let marker = Marker {
-                ids: LocalIds::default(),
-                words: Vec::new(),
-            };
-            Ok((TriangleReader::<I>::new(&job.mesh.v), marker))
+            let reader = TriangleReader::<I>::new(&job.mesh.v);
+            Ok((reader, Marker::default()))
         },
         |(reader, marker), chunk| {
             let (first, count) = job.chunk_range(chunk);

@@ -11,7 +11,7 @@ use super::pipeline::Built;
 use crate::chunk::grid::Bounds;
 use crate::corner::Index;
 use crate::error::{Error, Result};
-use crate::folder::{self, Counts};
+use crate::folder::{self, Counts, Measures};
 
 /// What is known of the edges and vertices before the components are.
 pub struct Edges<'a> {
@@ -126,11 +126,11 @@ impl Marked {
         }
     }
 
-    /// What is to be sealed, with the table of components and the lists of non-manifold edges.
+    /// What is to be sealed: these, `table` and `lists`, with what was counted.
     pub fn built(
         self,
-        (table, [edges, corners]): (OutArray, [OutArray; 2]),
-        counts: Counts,
+        (table, lists): (OutArray, Vec<OutArray>),
+        (counts, measures): (Counts, Option<Measures>),
         seam_corners: u64,
         local_components: u64,
     ) -> Built {
@@ -140,9 +140,12 @@ impl Marked {
             degenerate,
             ..
         } = self;
+        let mut files = vec![v, o, component, flipped, table, degenerate];
+        files.extend(lists);
         Built {
-            files: vec![v, o, component, flipped, table, edges, corners, degenerate],
+            files,
             counts,
+            measures,
             seam_corners,
             local_components,
         }

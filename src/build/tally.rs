@@ -5,7 +5,7 @@
 //! are integers, minima or maxima, so it does not matter in how many pieces they arrive; the
 //! shuffle brings the pieces of a component together. Few components never spill.
 //!
-//! Memory: a table of 160 bytes a slot and one writer for each thread. I/O: 144 bytes for each
+//! Memory: a table of 192 bytes a slot and one writer for each thread. I/O: 168 bytes for each
 //! piece, written and read once.
 
 use super::records::{LocalCount, MeasureRecord};
@@ -26,6 +26,12 @@ pub struct Sums {
     pub flipped: u64,
     /// Border edges.
     pub borders: u64,
+    /// Fans that are rings.
+    pub rings: u64,
+    /// Loops of corners without opposite.
+    pub loops: u64,
+    /// Fans that meet another fan of the component at their vertex: all but one at each vertex.
+    pub again: u64,
     /// Geometry, oriented like the component's first triangle.
     pub measure: Measure,
 }
@@ -37,6 +43,9 @@ impl Default for Sums {
             triangles: 0,
             flipped: 0,
             borders: 0,
+            rings: 0,
+            loops: 0,
+            again: 0,
             measure: Measure::default(),
         }
     }
@@ -51,6 +60,8 @@ impl Sums {
         self.triangles += u64::from(triangles);
         self.flipped += u64::from(if flip { triangles - flipped } else { flipped });
         self.borders += u64::from(local.borders & !LocalCount::CONFLICT);
+        self.rings += u64::from(local.rings);
+        self.loops += u64::from(local.loops);
     }
 
     fn merge(&mut self, other: &Sums) {
@@ -58,6 +69,9 @@ impl Sums {
         self.triangles += other.triangles;
         self.flipped += other.flipped;
         self.borders += other.borders;
+        self.rings += other.rings;
+        self.loops += other.loops;
+        self.again += other.again;
         self.measure.merge(&other.measure, false);
     }
 }
@@ -67,7 +81,7 @@ impl Sums {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Piece {
     component: u64,
-    counts: [u64; 4],
+    counts: [u64; 7],
     measure: MeasureRecord,
 }
 
@@ -75,18 +89,29 @@ impl Piece {
     fn new(component: u64, s: &Sums) -> Piece {
         Piece {
             component,
-            counts: [s.first, s.triangles, s.flipped, s.borders],
+            counts: [
+                s.first,
+                s.triangles,
+                s.flipped,
+                s.borders,
+                s.rings,
+                s.loops,
+                s.again,
+            ],
             measure: MeasureRecord::new(&s.measure),
         }
     }
 
     fn sums(&self) -> Sums {
-        let [first, triangles, flipped, borders] = self.counts;
+        let [first, triangles, flipped, borders, rings, loops, again] = self.counts;
         Sums {
             first,
             triangles,
             flipped,
             borders,
+            rings,
+            loops,
+            again,
             measure: self.measure.get(),
         }
     }

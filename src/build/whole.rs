@@ -7,8 +7,9 @@
 
 use super::Job;
 use crate::chunk::measure::Coord;
-use crate::disk::{Counters, Lease, Window};
+use crate::disk::{Counters, Lease, Window, Workspace};
 use crate::error::{Error, Result};
+use crate::input::CoordArray;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
@@ -27,9 +28,19 @@ impl<X: Coord> Whole<X> {
     /// # Errors
     /// [`Error::Io`].
     pub fn within(job: &Job, reserved: u64) -> Result<Option<Whole<X>>> {
-        let (Some(g), budget) = (&job.g, &job.ws.budget) else {
-            return Ok(None);
-        };
+        match &job.g {
+            Some(g) => Whole::of(job.ws, g, reserved),
+            None => Ok(None),
+        }
+    }
+
+    /// Maps all of a G that lies in a folder, unless it would leave less than `reserved` bytes of
+    /// the budget.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn of(ws: &Workspace, g: &CoordArray, reserved: u64) -> Result<Option<Whole<X>>> {
+        let budget = &ws.budget;
         let bytes = g.vertices * 3 * X::BYTES as u64;
         // A mapping begins at a multiple of 64 KiB.
         let leased = bytes + (64 << 10);
@@ -40,7 +51,7 @@ impl<X: Coord> Whole<X> {
         let whole = Whole {
             _lease: budget.lease("all coordinates", leased)?,
             window: Window::uncounted(g.source.data(), g.at, bytes as usize)?,
-            io: Arc::clone(&job.ws.io),
+            io: Arc::clone(&ws.io),
             _type: PhantomData,
         };
         whole.rows()?;

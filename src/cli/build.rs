@@ -51,6 +51,9 @@ pub struct BuildArgs {
     /// File of coordinates beside a raw or .npy array of indices
     #[arg(long, value_name = "FILE")]
     positions: Option<PathBuf>,
+    /// Leave out fans, border loops, genus, non-manifold vertices and duplicate triangles
+    #[arg(long)]
+    no_measures: bool,
     /// Print the report as JSON, on stdout or to a file
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     json: Option<PathBuf>,
@@ -222,6 +225,7 @@ fn builder(args: &BuildArgs) -> Builder {
             EndianArg::Little => Endian::Little,
             EndianArg::Big => Endian::Big,
         })
+        .measures(!args.no_measures)
         .force(args.force)
         .progress(progress::sink(work.progress, work.quiet));
     for dir in &work.tmp {

@@ -1,5 +1,6 @@
 //! `cornermill export`: a folder, or chosen components of it, to another format.
 
+use super::select::SelectArgs;
 use super::work::WorkArgs;
 use super::{Outcome, print};
 use crate::build::parent;
@@ -23,15 +24,8 @@ pub struct ExportArgs {
     /// PLY as text
     #[arg(long)]
     ascii: bool,
-    /// Only this component
-    #[arg(long, value_name = "N")]
-    component: Option<u64>,
-    /// Only the K components with the most triangles
-    #[arg(long, value_name = "K")]
-    largest: Option<u64>,
-    /// Only components of at least N triangles
-    #[arg(long, value_name = "N")]
-    min_triangles: Option<u64>,
+    #[command(flatten)]
+    select: SelectArgs,
     /// Undo the flips: every triangle as the input had it
     #[arg(long)]
     input_orientation: bool,
@@ -42,8 +36,9 @@ pub struct ExportArgs {
     work: WorkArgs,
 }
 
+/// A format by name.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum FormatArg {
+pub(super) enum FormatArg {
     /// Stanford PLY
     Ply,
     /// STL, binary
@@ -56,31 +51,39 @@ enum FormatArg {
     Npy,
 }
 
+impl FormatArg {
+    /// The format asked for, or else the one that the file name ends in.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when neither says.
+    pub(super) fn of(asked: Option<FormatArg>, output: &Path) -> Result<Format> {
+        Ok(match asked {
+            Some(FormatArg::Ply) => Format::Ply,
+            Some(FormatArg::Stl) => Format::Stl,
+            Some(FormatArg::Obj) => Format::Obj,
+            Some(FormatArg::Off) => Format::Off,
+            Some(FormatArg::Npy) => Format::Npy,
+            None => Format::of(output).ok_or_else(|| {
+                Error::Usage(format!(
+                    "{} does not end in ply, stl, obj, off or npy; give --format",
+                    output.display()
+                ))
+            })?,
+        })
+    }
+}
+
 /// Runs `export`.
 ///
 /// # Errors
 /// Those of [`export`].
 pub(super) fn run(args: &ExportArgs) -> Result<Outcome> {
-    let format = match args.format {
-        Some(FormatArg::Ply) => Format::Ply,
-        Some(FormatArg::Stl) => Format::Stl,
-        Some(FormatArg::Obj) => Format::Obj,
-        Some(FormatArg::Off) => Format::Off,
-        Some(FormatArg::Npy) => Format::Npy,
-        None => Format::of(&args.output).ok_or_else(|| {
-            Error::Usage(format!(
-                "{} does not end in ply, stl, obj, off or npy; give --format",
-                args.output.display()
-            ))
-        })?,
-    };
+    let format = FormatArg::of(args.format, &args.output)?;
     let request = ExportRequest {
         format,
         target: args.output.clone(),
         ascii: args.ascii,
-        component: args.component,
-        largest: args.largest,
-        min_triangles: args.min_triangles,
+        selection: args.select.selection(),
         input_orientation: args.input_orientation,
         force: args.force,
     };

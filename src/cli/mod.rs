@@ -4,12 +4,21 @@
 //! 2 usage, 3 bad input, 4 I/O or disk full, 5 budget too small, 70 internal error.
 
 mod build;
+mod check;
 mod decode;
 mod encode;
 mod export;
+mod filter;
 mod info;
+mod normals;
+mod path;
+mod picture;
+mod pieces;
 mod progress;
+mod report;
+mod select;
 mod size;
+mod swirl;
 mod verify;
 mod work;
 
@@ -30,6 +39,8 @@ struct Cli {
 enum Command {
     /// Build a mesh folder from a mesh file
     Build(Box<build::BuildArgs>),
+    /// Hold a mesh folder to requirements: closed, manifold, oriented and more
+    Check(check::CheckArgs),
     /// Say what a mesh folder holds, from its manifest
     Info(info::InfoArgs),
     /// Write a mesh folder as a compressed file
@@ -37,7 +48,19 @@ enum Command {
     /// Bring a compressed file back: as a mesh folder, or in any format that export writes
     Decode(decode::DecodeArgs),
     /// Write a mesh folder, or chosen components of it, as PLY, STL, OBJ, OFF or .npy
-    Export(export::ExportArgs),
+    Export(Box<export::ExportArgs>),
+    /// Find the shortest path of triangles between two corners
+    Path(path::PathArgs),
+    /// List the triangles of a component in swirl order, with the letters of Edgebreaker
+    Swirl(swirl::SwirlArgs),
+    /// Make a mesh folder of chosen components of another
+    Filter(Box<filter::FilterArgs>),
+    /// Write the normals of vertices, and of triangles, beside a mesh folder
+    Normals(normals::NormalsArgs),
+    /// Draw a mesh folder as a PNG
+    Picture(picture::PictureArgs),
+    /// Write a page on a mesh folder: verdicts, pictures, histograms, culprits
+    Report(report::ReportArgs),
     /// Check a mesh folder fully and independently
     Verify(verify::VerifyArgs),
 }
@@ -64,10 +87,17 @@ pub fn run() -> ExitCode {
     };
     let command = || match &cli.command {
         Command::Build(args) => build::run(args),
+        Command::Check(args) => check::run(args),
         Command::Encode(args) => encode::run(args),
         Command::Decode(args) => decode::run(args),
         Command::Export(args) => export::run(args),
+        Command::Filter(args) => filter::run(args),
         Command::Info(args) => info::run(args),
+        Command::Path(args) => path::run(args),
+        Command::Swirl(args) => swirl::run(args),
+        Command::Normals(args) => normals::run(args),
+        Command::Picture(args) => picture::run(args),
+        Command::Report(args) => report::run(args),
         Command::Verify(args) => verify::run(args),
     };
     // A panic is a fault of this program; its message was printed where it happened.

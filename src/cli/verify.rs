@@ -1,10 +1,11 @@
 //! `cornermill verify`: the full independent check of a mesh folder.
 
 use super::work::WorkArgs;
-use super::{Outcome, print};
+use super::{Outcome, print, to_json};
 use crate::error::Result;
 use crate::verify::{Limits, Verdict, verify};
 use clap::Args;
+use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -16,6 +17,9 @@ pub struct VerifyArgs {
     /// Findings shown of each check; all are counted
     #[arg(long, value_name = "N", default_value_t = 8)]
     findings: usize,
+    /// Print as JSON
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     work: WorkArgs,
 }
@@ -32,13 +36,40 @@ pub(super) fn run(args: &VerifyArgs) -> Result<Outcome> {
         ..Limits::default()
     };
     let verdict = verify(&ws, &args.folder, limits)?;
-    if !args.work.quiet || !verdict.ok() {
+    if args.json {
+        print(&to_json(&told(&verdict))?)?;
+    } else if !args.work.quiet || !verdict.ok() {
         print(&render(&verdict))?;
     }
     Ok(if verdict.ok() {
         Outcome::Done
     } else {
         Outcome::CheckFailed
+    })
+}
+
+/// The verdict, as `--json` prints it.
+fn told(verdict: &Verdict) -> Value {
+    let c = &verdict.checked;
+    let totals = verdict.totals.iter();
+    let totals = totals.map(|(check, count)| json!({ "check": check.name(), "count": count }));
+    let findings = verdict.findings.iter().map(|f| {
+        json!({
+            "check": f.check.name(), "file": f.file, "at": f.at.to_string(),
+            "found": f.found, "expected": f.expected,
+        })
+    });
+    json!({
+        "version": 1,
+        "right": verdict.ok(),
+        "complete": verdict.complete,
+        "checked": {
+            "files": c.files, "bytes": c.bytes, "triangles": c.triangles,
+            "vertices": c.vertices, "edges": c.edges, "components": c.components,
+        },
+        "totals": totals.collect::<Vec<_>>(),
+        "findings": findings.collect::<Vec<_>>(),
+        "notes": verdict.notes,
     })
 }
 

@@ -10,6 +10,7 @@ mod file;
 mod hints;
 mod progress;
 mod scratch;
+mod target;
 mod window;
 mod workers;
 
@@ -18,6 +19,7 @@ pub use counters::{Counters, IoCount};
 pub use file::DataFile;
 pub use progress::{NoProgress, Progress};
 pub use scratch::{Scratch, ScratchFile};
+pub use target::Target;
 pub use window::Window;
 pub use workers::Workers;
 

@@ -6,6 +6,7 @@
 use super::faces::{self, Faces};
 use super::select::{self, Chosen};
 use super::sink::{OUT_BYTES, Sink};
+use super::strip::{self, Strip};
 use super::used::Used;
 use super::{ExportCount, ExportRequest, Format, gather, npy, plain, ply, stl};
 use crate::disk::{DataFile, Lease, Workspace};
@@ -16,13 +17,18 @@ use std::path::PathBuf;
 
 /// The least budget in bytes with which a request on this folder is not refused.
 pub fn least_memory(folder: &Folder, request: &ExportRequest) -> u64 {
-    let chosen = select::bytes(folder, request);
-    let choosing = select::bytes_while_choosing(folder, request);
-    chosen + choosing.max(used_bytes(folder, request) + buffers(request, MIN_STEP))
+    least(folder, request, request.selects())
+}
+
+/// The same; `part` when not all triangles are written.
+fn least(folder: &Folder, request: &ExportRequest, part: bool) -> u64 {
+    let chosen = select::bytes(folder, &request.selection);
+    let choosing = select::bytes_while_choosing(folder, &request.selection);
+    chosen + choosing.max(used_bytes(folder, request, part) + buffers(request, MIN_STEP))
 }
 
 /// Fewest triangles or vertices in a block.
-const MIN_STEP: u64 = 1 << 10;
+pub(super) const MIN_STEP: u64 = 1 << 10;
 /// Most of them: beyond that a block of a format other than STL gains nothing.
 const MAX_STEP: u64 = 1 << 15;
 
@@ -36,8 +42,9 @@ fn buffers(request: &ExportRequest, step: u64) -> u64 {
     OUT_BYTES + step * (faces::BYTES_PER_TRIANGLE + 24 + of_stl)
 }
 
-fn used_bytes(folder: &Folder, request: &ExportRequest) -> u64 {
-    if request.renumbers() {
+/// Memory for numbering vertices anew, when some are left out and have numbers at all.
+fn used_bytes(folder: &Folder, request: &ExportRequest, part: bool) -> u64 {
+    if part && request.format != Format::Stl {
         Used::bytes(folder.manifest().counts.vertices)
     } else {
         0
@@ -50,6 +57,8 @@ pub(super) struct Job<'a> {
     pub(super) request: &'a ExportRequest,
     faces: Faces<'a>,
     chosen: Option<Chosen>,
+    /// Instead of the faces: triangles in an order of their own.
+    strip: Option<&'a mut (dyn Strip + 'a)>,
     used: Option<Used>,
     /// G, and the type of its coordinates.
     pub(super) g: Option<(Coords, DataFile)>,
@@ -70,8 +79,10 @@ impl<'a> Job<'a> {
         ws: &'a Workspace,
         folder: &'a Folder,
         request: &'a ExportRequest,
+        strip: Option<&'a mut (dyn Strip + 'a)>,
     ) -> Result<Job<'a>> {
-        let least = least_memory(folder, request);
+        let part = request.selects() || strip.is_some();
+        let least = least(folder, request, part);
         if least > ws.budget.free() {
             return Err(Error::Budget {
                 what: "this export".into(),
@@ -79,8 +90,8 @@ impl<'a> Job<'a> {
                 have: ws.budget.limit(),
             });
         }
-        let chosen = select::choose(ws, folder, request)?;
-        let marks = used_bytes(folder, request);
+        let chosen = select::choose(ws, folder, &request.selection)?;
+        let marks = used_bytes(folder, request, part);
         let mut step = MIN_STEP;
         let most = if request.format == Format::Stl {
             gather::MAX_STEP
@@ -110,8 +121,13 @@ impl<'a> Job<'a> {
             ws,
             request,
             faces: Faces::open(folder, request, step)?,
-            triangles: chosen.as_ref().map_or(counts.triangles, |c| c.triangles),
+            triangles: match (&strip, &chosen) {
+                (Some(strip), _) => strip.count(),
+                (None, Some(chosen)) => chosen.triangles,
+                (None, None) => counts.triangles,
+            },
             chosen,
+            strip,
             used: None,
             g,
             vertices: n,
@@ -119,7 +135,7 @@ impl<'a> Job<'a> {
             step,
             _lease: lease,
         };
-        if request.renumbers() {
+        if marks > 0 {
             job.mark()?;
         }
         Ok(job)
@@ -153,6 +169,9 @@ impl<'a> Job<'a> {
         pass: &'static str,
         mut f: impl FnMut(&[[u64; 3]]) -> Result<()>,
     ) -> Result<()> {
+        if let Some(strip) = &mut self.strip {
+            return strip::each_block(*strip, self.step, &mut f);
+        }
         let progress = &self.ws.progress;
         progress.begin(pass, "triangles", self.faces.triangles());
         let mut kept = 0;
@@ -200,6 +219,12 @@ impl<'a> Job<'a> {
         let mut from = 0;
         while from < self.all_vertices {
             let n = self.step.min(self.all_vertices - from);
+            // What has no vertex to write is not read.
+            if self.used.as_ref().is_some_and(|u| !u.any(from, from + n)) {
+                progress.advance(n);
+                from += n;
+                continue;
+            }
             let bytes = &mut buf[..n as usize * row];
             file.read_at(bytes, DATA_START + from * row as u64)?;
             for (i, point) in bytes.chunks_exact(row).enumerate() {

@@ -10,7 +10,7 @@
 //! temporary name beside the target and renamed when complete.
 //!
 //! Memory, all of it drawn from the budget: fixed buffers (at least [`least_memory`]; more
-//! when there is more, which changes no byte of the output). A selection adds a bit a
+//! when there is more, which changes no byte of the output). A selection adds 9/64 byte a
 //! component and, except for STL, 9/64 byte a vertex of the mesh (marks and their counts);
 //! `largest` adds 16 bytes for each component asked for, while choosing. When that does not
 //! fit, the export is refused and the message names the least that would do.
@@ -20,6 +20,7 @@
 //! reads all of G again and again: correct, and slow.
 
 mod faces;
+pub mod filter;
 mod gather;
 mod job;
 mod npy;
@@ -27,19 +28,23 @@ mod number;
 mod plain;
 mod ply;
 mod select;
+mod selection;
 mod sink;
 mod stl;
+mod strip;
 mod used;
 
-use crate::disk::Workspace;
+use crate::disk::{Target, Workspace};
 use crate::error::{Error, Result};
 use crate::folder::{self, Folder};
 use job::Job;
-use sink::{Sink, Target};
+use sink::Sink;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 pub use job::least_memory;
+pub use selection::{Bbox, Numbers, Selection};
+pub use strip::Strip;
 
 /// A file format to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,9 +86,8 @@ impl Format {
 
 /// What to export, and where to.
 ///
-/// The three selections choose whole components. Together they narrow: `largest` chooses from
-/// those of at least `min_triangles`. `component` stands alone. Degenerate triangles belong to
-/// no component: a selection leaves them out, an export without selection has everything.
+/// A selection chooses whole components. Degenerate triangles belong to none: a selection leaves
+/// them out, an export without selection has everything.
 #[derive(Clone, Debug)]
 pub struct ExportRequest {
     /// The format.
@@ -92,12 +96,8 @@ pub struct ExportRequest {
     pub target: PathBuf,
     /// Text instead of binary, for PLY. OBJ and OFF are text in any case.
     pub ascii: bool,
-    /// Only the component with this number.
-    pub component: Option<u64>,
-    /// Only the components with the most triangles, this many; of equals the lower number.
-    pub largest: Option<u64>,
-    /// Only components of at least this many triangles.
-    pub min_triangles: Option<u64>,
+    /// Only these components.
+    pub selection: Selection,
     /// Every triangle as the input had it: the flips are undone.
     pub input_orientation: bool,
     /// Replace a file that exists.
@@ -111,35 +111,19 @@ impl ExportRequest {
             format,
             target: target.into(),
             ascii: false,
-            component: None,
-            largest: None,
-            min_triangles: None,
+            selection: Selection::default(),
             input_orientation: false,
             force: false,
         }
     }
 
     fn selects(&self) -> bool {
-        self.component.is_some() || self.largest.is_some() || self.min_triangles.is_some()
-    }
-
-    /// True when vertices are numbered anew.
-    fn renumbers(&self) -> bool {
-        self.selects() && self.format != Format::Stl
+        !self.selection.is_empty()
     }
 
     /// What makes no sense is refused before anything is read.
     fn check(&self, folder: &Folder) -> Result<()> {
         let refuse = |what: &str| Err(Error::Usage(what.into()));
-        if self.component.is_some() && (self.largest.is_some() || self.min_triangles.is_some()) {
-            return refuse(
-                "--component names one component; --largest and --min-triangles choose among \
-                 all: give one or the other",
-            );
-        }
-        if self.largest == Some(0) {
-            return refuse("--largest 0 asks for no component; give 1 or more");
-        }
         if self.ascii && matches!(self.format, Format::Stl | Format::Npy) {
             return refuse("--ascii is for ply; stl and npy are written in binary only");
         }
@@ -149,7 +133,7 @@ impl ExportRequest {
                  so only npy can be written",
             );
         }
-        Ok(())
+        self.selection.check(folder)
     }
 }
 
@@ -192,7 +176,7 @@ pub struct ExportCount {
 /// // ws: a Workspace of 1 MiB; folder: the mesh folder of a tetrahedron
 /// let folder = Folder::open(&folder, &ws.io)?;
 /// let mut request = ExportRequest::new(Format::Obj, &target);
-/// request.largest = Some(1);
+/// request.selection.largest = Some(1);
 /// let count = export(&ws, &folder, &request)?;
 /// assert_eq!((count.triangles, count.vertices), (4, 4));
 /// assert!(std::fs::read_to_string(&target).unwrap().starts_with("v 0 0 0\n"));
@@ -202,14 +186,44 @@ pub fn export(ws: &Workspace, folder: &Folder, request: &ExportRequest) -> Resul
     if request.target.as_os_str() == "-" {
         return export_to(ws, folder, request, &mut std::io::stdout().lock());
     }
+    export_file(ws, folder, request, None)
+}
+
+/// As [`export`], of these triangles alone, in their order; the request selects nothing, and the
+/// target is a file.
+///
+/// # Errors
+/// As [`export`], and those of the strip.
+pub fn export_strip<'a>(
+    ws: &'a Workspace,
+    folder: &'a Folder,
+    request: &'a ExportRequest,
+    strip: &'a mut (dyn Strip + 'a),
+) -> Result<ExportCount> {
+    if request.selects() || request.input_orientation || request.target.as_os_str() == "-" {
+        return Err(Error::Usage(
+            "listed triangles are written to a file, as the folder has them; \
+             leave out the selection of components and --input-orientation"
+                .into(),
+        ));
+    }
+    export_file(ws, folder, request, Some(strip))
+}
+
+fn export_file<'a>(
+    ws: &'a Workspace,
+    folder: &'a Folder,
+    request: &'a ExportRequest,
+    strip: Option<&'a mut (dyn Strip + 'a)>,
+) -> Result<ExportCount> {
     request.check(folder)?;
-    let mut target = Target::create(folder, &request.target, request.force)?;
+    let mut target = Target::create(folder.path(), &request.target, request.force)?;
     let mut beside = None;
     if request.format == Format::Npy && folder.has(folder::G) {
         let path = npy::path_of_g(&request.target);
-        beside = Some(Target::create(folder, &path, request.force)?);
+        beside = Some(Target::create(folder.path(), &path, request.force)?);
     }
-    let mut job = Job::start(ws, folder, request)?;
+    let mut job = Job::start(ws, folder, request, strip)?;
     let mut bytes = 0;
     let mut files = Vec::new();
     // G before V: where NAME.npy is, its coordinates are complete too.
@@ -243,7 +257,7 @@ pub fn export_to(
             "npy is written as files, NAME.npy and NAME.G.npy; give a name instead of -".into(),
         ));
     }
-    let mut job = Job::start(ws, folder, request)?;
+    let mut job = Job::start(ws, folder, request, None)?;
     let mut sink = Sink::new(out, request.target.clone(), &ws.io);
     job.write(&mut sink)?;
     let bytes = sink.finish()?;

@@ -1,25 +1,26 @@
-//! Which components are chosen.
+//! Which components are chosen: a [`Selection`] held against the table of components.
 //!
-//! The table of components is streamed. The largest K stand in a heap whose top is the least
-//! of them: a component that beats the top replaces it, so the heap never holds more than K,
-//! and of equals the lower number wins whatever the order of reading.
+//! The table is streamed. The largest K stand in a heap whose top is the least of them: a
+//! component that beats the top replaces it, so the heap never holds more than K, and of equals
+//! the lower number wins whatever the order of reading.
 //!
 //! Memory: [`bytes`] for the result, [`bytes_while_choosing`] beside it. I/O: components.npy,
-//! once.
+//! once; twice when inverted.
 
-use super::ExportRequest;
+use super::selection::Selection;
+use super::used::Used;
 use crate::disk::{Lease, Workspace};
 use crate::error::{Error, Result};
 use crate::folder::{Folder, Rows};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Bytes of the rows that are read at a time.
-const READ: u64 = 128 << 10;
+/// Bytes in which rows are read.
+const READ: u64 = 64 << 10;
 
 /// The components that were chosen.
 pub(super) struct Chosen {
-    which: Which,
+    marks: Used,
     /// How many.
     pub(super) count: u64,
     /// Their triangles, as the table of components has it.
@@ -27,48 +28,48 @@ pub(super) struct Chosen {
     _lease: Lease,
 }
 
-enum Which {
-    One(u64),
-    Bits(Vec<u64>),
-}
-
 impl Chosen {
     /// True when this component (one of the folder's) is among them.
     pub(super) fn has(&self, component: u64) -> bool {
-        match &self.which {
-            Which::One(one) => component == *one,
-            Which::Bits(bits) => bits[(component / 64) as usize] >> (component % 64) & 1 == 1,
-        }
+        self.marks.has(component)
+    }
+
+    /// Makes ready for [`rank`](Chosen::rank).
+    pub(super) fn seal(&mut self) {
+        self.marks.seal();
+    }
+
+    /// Number of the chosen components before this one.
+    pub(super) fn rank(&self, component: u64) -> u64 {
+        self.marks.rank(component)
     }
 
     fn add(&mut self, component: u64, triangles: u64) {
-        if let Which::Bits(bits) = &mut self.which {
-            bits[(component / 64) as usize] |= 1 << (component % 64);
-        }
+        self.marks.mark(component);
         self.count += 1;
         self.triangles = self.triangles.saturating_add(triangles);
     }
 }
 
 /// Memory of what [`choose`] returns.
-pub(super) fn bytes(folder: &Folder, request: &ExportRequest) -> u64 {
-    if request.largest.is_none() && request.min_triangles.is_none() {
+pub(super) fn bytes(folder: &Folder, selection: &Selection) -> u64 {
+    if selection.is_empty() {
         return 0;
     }
-    8 * folder.manifest().counts.components.div_ceil(64)
+    Used::bytes(folder.manifest().counts.components)
 }
 
 /// Memory that [`choose`] needs beside it: the heap and a read buffer.
-pub(super) fn bytes_while_choosing(folder: &Folder, request: &ExportRequest) -> u64 {
-    if !request.selects() {
+pub(super) fn bytes_while_choosing(folder: &Folder, selection: &Selection) -> u64 {
+    if selection.is_empty() {
         return 0;
     }
-    READ + heap_rows(folder, request).map_or(0, |k| 16 * k)
+    READ + heap_rows(folder, selection).map_or(0, |k| 16 * k)
 }
 
 /// How many components the heap must hold; `None` when all that pass are taken.
-fn heap_rows(folder: &Folder, request: &ExportRequest) -> Option<u64> {
-    request
+fn heap_rows(folder: &Folder, selection: &Selection) -> Option<u64> {
+    selection
         .largest
         .filter(|&k| k < folder.manifest().counts.components)
 }
@@ -80,106 +81,82 @@ fn heap_rows(folder: &Folder, request: &ExportRequest) -> Option<u64> {
 pub(super) fn choose(
     ws: &Workspace,
     folder: &Folder,
-    request: &ExportRequest,
+    selection: &Selection,
 ) -> Result<Option<Chosen>> {
-    if !request.selects() {
+    if selection.is_empty() {
         return Ok(None);
     }
     let components = folder.manifest().counts.components;
     let lease = ws
         .budget
-        .lease("the choice of components", bytes(folder, request))?;
-    let beside = bytes_while_choosing(folder, request);
+        .lease("the choice of components", bytes(folder, selection))?;
+    let beside = bytes_while_choosing(folder, selection);
     let _beside = ws.budget.lease("choosing components", beside)?;
     let mut chosen = Chosen {
-        which: match request.component {
-            Some(one) => Which::One(one),
-            None => Which::Bits(vec![0; components.div_ceil(64) as usize]),
-        },
+        marks: Used::new(components),
         count: 0,
         triangles: 0,
         _lease: lease,
     };
-    if let Some(one) = request.component {
-        if one < components {
-            each_row(folder, one, one + 1, |c, triangles| {
-                chosen.add(c, triangles)
-            })?;
-        }
-    } else {
-        let least = request.min_triangles.unwrap_or(0);
-        match heap_rows(folder, request) {
-            None => each_row(folder, 0, components, |c, triangles| {
-                if triangles >= least {
-                    chosen.add(c, triangles);
-                }
-            })?,
-            Some(k) => {
-                for Reverse((triangles, Reverse(c))) in largest(folder, k as usize, least)? {
-                    chosen.add(c, triangles);
-                }
+    match heap_rows(folder, selection) {
+        None => each_that_meets(folder, selection, |c, triangles| chosen.add(c, triangles))?,
+        Some(k) => {
+            for Reverse((triangles, Reverse(c))) in largest(folder, selection, k as usize)? {
+                chosen.add(c, triangles);
             }
         }
     }
+    if selection.invert {
+        invert(folder, &mut chosen)?;
+    }
     if chosen.count == 0 {
-        return Err(nothing(components, request));
+        let what = format!("none of the {components} components meets the selection; widen it");
+        return Err(Error::Usage(what));
     }
     Ok(Some(chosen))
 }
 
+/// Takes what was left out.
+fn invert(folder: &Folder, chosen: &mut Chosen) -> Result<()> {
+    chosen.marks.invert(folder.manifest().counts.components);
+    (chosen.count, chosen.triangles) = (0, 0);
+    Rows::open(folder)?.each(|c, row| {
+        if chosen.marks.has(c) {
+            chosen.count += 1;
+            chosen.triangles = chosen.triangles.saturating_add(row.base.triangles);
+        }
+        Ok(())
+    })
+}
+
 type Ranked = Reverse<(u64, Reverse<u64>)>;
 
-/// The k components with the most triangles, of those with at least `least`.
-fn largest(folder: &Folder, k: usize, least: u64) -> Result<BinaryHeap<Ranked>> {
+/// The k components with the most triangles, of those that meet the other conditions.
+fn largest(folder: &Folder, selection: &Selection, k: usize) -> Result<BinaryHeap<Ranked>> {
     let mut heap: BinaryHeap<Ranked> = BinaryHeap::with_capacity(k);
-    each_row(
-        folder,
-        0,
-        folder.manifest().counts.components,
-        |c, triangles| {
-            let this = Reverse((triangles, Reverse(c)));
-            if triangles < least {
-                return;
-            }
-            if heap.len() < k {
-                heap.push(this);
-            } else if let Some(mut top) = heap.peek_mut()
-                && this < *top
-            {
-                *top = this;
-            }
-        },
-    )?;
+    each_that_meets(folder, selection, |c, triangles| {
+        let this = Reverse((triangles, Reverse(c)));
+        if heap.len() < k {
+            heap.push(this);
+        } else if let Some(mut top) = heap.peek_mut()
+            && this < *top
+        {
+            *top = this;
+        }
+    })?;
     Ok(heap)
 }
 
-/// Calls `f` with number and triangles of the components `from..to`.
-fn each_row(folder: &Folder, from: u64, to: u64, mut f: impl FnMut(u64, u64)) -> Result<()> {
-    let mut table = Rows::open(folder)?;
-    let mut rows = Vec::new();
-    for first in (from..to).step_by(Rows::STEP as usize) {
-        table.read(first..to, &mut rows)?;
-        for (component, row) in (first..).zip(&rows) {
-            f(component, row.base.triangles);
+/// Calls `f` with number and triangles of the components that meet the conditions.
+fn each_that_meets(
+    folder: &Folder,
+    selection: &Selection,
+    mut f: impl FnMut(u64, u64),
+) -> Result<()> {
+    Rows::open(folder)?.each(|c, row| {
+        if selection.meets(c, row) {
+            f(c, row.base.triangles);
         }
-    }
-    Ok(())
-}
-
-/// A selection that chooses nothing is a mistake, not an empty mesh.
-fn nothing(components: u64, request: &ExportRequest) -> Error {
-    Error::Usage(if components == 0 {
-        "the mesh has no component to choose; leave the selection out".into()
-    } else if let Some(one) = request.component {
-        format!(
-            "there is no component {one}: the mesh has {components}, numbered 0 to {}",
-            components - 1
-        )
-    } else {
-        let least = request.min_triangles.unwrap_or(0);
-        format!(
-            "none of the {components} components has {least} triangles; \
-             give a smaller --min-triangles"
-        )
+        Ok(())
     })
 }

@@ -1,13 +1,11 @@
-//! Where an export goes: a buffered stream, and a file that appears when it is complete.
+//! Where an export goes: a buffered stream.
 //!
 //! Memory: [`OUT_BYTES`]; the caller leases it. I/O: each byte written once.
 
 use crate::disk::Counters;
 use crate::error::{Error, Result};
-use crate::folder::Folder;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
 
 /// Bytes that are gathered before they are written.
 const FULL: usize = 256 << 10;
@@ -70,81 +68,4 @@ impl<'a> Sink<'a> {
             .map_err(|e| self.failed("write to it", e))?;
         Ok(self.written)
     }
-}
-
-/// A file under a temporary name beside its target; gone when dropped before it is kept.
-pub(super) struct Target {
-    temp: NamedTempFile,
-    path: PathBuf,
-    force: bool,
-}
-
-impl Target {
-    /// A new temporary file in the folder of the target.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] when the target exists and may not be replaced, or lies in the mesh
-    /// folder that is exported; [`Error::Io`].
-    pub(super) fn create(folder: &Folder, path: &Path, force: bool) -> Result<Target> {
-        if !force && path.symlink_metadata().is_ok() {
-            return Err(exists(path));
-        }
-        let dir = match path.parent() {
-            Some(dir) if !dir.as_os_str().is_empty() => dir,
-            _ => Path::new("."),
-        };
-        if let (Ok(dir), Ok(mesh)) = (dir.canonicalize(), folder.path().canonicalize())
-            && dir.starts_with(&mesh)
-        {
-            return Err(Error::Usage(format!(
-                "{}: lies in the mesh folder that is exported, whose files are not to be \
-                 changed; give a name outside of it",
-                path.display()
-            )));
-        }
-        // A plain new file's permissions (less the umask), not a private temporary one's.
-        let temp = tempfile::Builder::new()
-            .prefix(".cornermill-")
-            .suffix(".tmp")
-            .permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666))
-            .tempfile_in(dir)
-            .map_err(|e| Error::io(dir, "create a file there", e))?;
-        Ok(Target {
-            temp,
-            path: path.to_owned(),
-            force,
-        })
-    }
-
-    pub(super) fn file(&mut self) -> &mut std::fs::File {
-        self.temp.as_file_mut()
-    }
-
-    /// Syncs the file and gives it its name.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] when a file of that name has appeared meanwhile; [`Error::Io`].
-    pub(super) fn keep(self) -> Result<PathBuf> {
-        let Target { temp, path, force } = self;
-        temp.as_file()
-            .sync_all()
-            .map_err(|e| Error::io(&path, "sync it to the device", e))?;
-        let kept = if force {
-            temp.persist(&path)
-        } else {
-            temp.persist_noclobber(&path)
-        };
-        match kept {
-            Ok(_) => Ok(path),
-            Err(e) if e.error.kind() == std::io::ErrorKind::AlreadyExists => Err(exists(&path)),
-            Err(e) => Err(Error::io(&path, "give the finished file its name", e.error)),
-        }
-    }
-}
-
-fn exists(path: &Path) -> Error {
-    Error::Usage(format!(
-        "{}: exists; give --force to replace it, or another name",
-        path.display()
-    ))
 }

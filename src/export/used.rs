@@ -32,8 +32,23 @@ impl Used {
         self.marks[(v / 64) as usize] |= 1 << (v % 64);
     }
 
+    /// Marks what is not marked of the first n, and nothing else.
+    pub(super) fn invert(&mut self, n: u64) {
+        self.marks.iter_mut().for_each(|word| *word = !*word);
+        if let Some(last) = self.marks.last_mut().filter(|_| !n.is_multiple_of(64)) {
+            *last &= (1 << (n % 64)) - 1;
+        }
+    }
+
     pub(super) fn has(&self, v: u64) -> bool {
         self.marks[(v / 64) as usize] >> (v % 64) & 1 == 1
+    }
+
+    /// True when some vertex from `from` to before `to` is marked.
+    pub(super) fn any(&self, from: u64, to: u64) -> bool {
+        let words = &self.marks[(from / 64) as usize..to.div_ceil(64) as usize];
+        let near = words.iter().any(|&w| w != 0);
+        near && (from..to).any(|v| self.has(v))
     }
 
     /// Counts the marks, after the last of them; returns how many there are.
@@ -72,7 +87,13 @@ mod tests {
                 assert_eq!(used.has(v), wanted(v));
                 let before = (0..v).filter(|&u| wanted(u)).count() as u64;
                 assert_eq!(used.rank(v), before, "{v} of {n}");
+                for to in [v + 1, v + 2, v + 70].map(|to| to.min(n)) {
+                    assert_eq!(used.any(v, to), (v..to).any(wanted), "{v} to {to}");
+                }
             }
+            used.invert(n);
+            assert!((0..n).all(|v| used.has(v) != wanted(v)));
+            assert_eq!(used.seal(), (0..n).filter(|&v| !wanted(v)).count() as u64);
             let held = 8 * (used.marks.len() + used.before.len());
             assert_eq!(Used::bytes(n), held as u64);
         }

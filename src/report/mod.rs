@@ -5,9 +5,14 @@
 //!
 //! Memory: 64 KiB and a few rows. I/O: `components.npy` once (not for [`info`]).
 
+mod check;
+pub mod page;
+pub mod picture;
 mod predict;
+mod survey;
 mod text;
 
+pub use check::{Checked, Culprit, Judged, Requirement, check, render_checked};
 pub use predict::{Predicted, predicted, render_predicted};
 pub use text::{info, render};
 
@@ -15,14 +20,12 @@ use crate::build::BuildReport;
 use crate::disk::DataFile;
 use crate::error::Result;
 use crate::folder::npy::DATA_START;
-use crate::folder::{self, ComponentRow, Counts, EdgeRow, Folder, Manifest, Rows};
+use crate::folder::{self, Counts, EdgeRow, Folder, Manifest, Measures};
 use bytemuck::Pod;
 use serde::Serialize;
 
 /// Culprits of each kind that a report names.
 pub const NAMED: usize = 8;
-/// Components that a report lists.
-const LARGEST: usize = 8;
 
 /// What a build found, as `--json` prints it.
 #[derive(Clone, Debug, Serialize)]
@@ -39,6 +42,8 @@ pub struct Report {
     pub options: folder::Options,
     /// The numbers of the whole mesh.
     pub counts: Counts,
+    /// What the vertices tell; null for a folder without measures.
+    pub measures: Option<Measures>,
     /// The first culprits of each kind.
     pub culprits: Culprits,
     /// The largest components.
@@ -56,8 +61,12 @@ pub struct Report {
 pub struct Culprits {
     /// From `nonmanifold_edges.npy`.
     pub nonmanifold_edges: Vec<Edge>,
+    /// From `nonmanifold_vertices.npy`; empty for a folder without measures.
+    pub nonmanifold_vertices: Vec<u64>,
     /// From `degenerate.npy`.
     pub degenerate: Vec<u64>,
+    /// From `duplicate.npy`; empty for a folder without measures.
+    pub duplicate: Vec<u64>,
     /// Components that cannot be oriented.
     pub nonorientable_components: Vec<u64>,
     /// Components that are oriented by majority though `outward` was asked for.
@@ -94,6 +103,25 @@ pub struct Component {
     pub volume: Option<f64>,
     /// Area in squared input units; null when unknown.
     pub area: Option<f64>,
+    /// What its vertices tell; null for a folder without measures.
+    pub measures: Option<Measured>,
+}
+
+/// What the vertices of a component tell, from `components.npy`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Measured {
+    /// Distinct vertices.
+    pub vertices: u64,
+    /// Fans.
+    pub fans: u64,
+    /// Border loops.
+    pub border_loops: u64,
+    /// Euler characteristic.
+    pub euler: i64,
+    /// Genus.
+    pub genus: u64,
+    /// Whether it is a simple mesh.
+    pub is_smesh: bool,
 }
 
 /// Components of `from` to `to` triangles.
@@ -172,9 +200,12 @@ pub fn gather(folder: &Folder, build: Option<&BuildReport>) -> Result<Report> {
         format: manifest.input.format.clone(),
         options: manifest.options.clone(),
         counts: manifest.counts.clone(),
+        measures: manifest.measures.clone(),
         culprits: Culprits {
             nonmanifold_edges: first_edges(folder)?,
+            nonmanifold_vertices: first_ids(folder, folder::NONMANIFOLD_VERTICES)?,
             degenerate: first_ids(folder, folder::DEGENERATE)?,
+            duplicate: first_ids(folder, folder::DUPLICATE)?,
             ..Culprits::default()
         },
         largest: Vec::new(),
@@ -182,7 +213,7 @@ pub fn gather(folder: &Folder, build: Option<&BuildReport>) -> Result<Report> {
         arrays: arrays(manifest),
         build: build.map(cost),
     };
-    survey(folder, &mut report)?;
+    survey::survey(folder, &mut report)?;
     Ok(report)
 }
 
@@ -258,7 +289,11 @@ fn first_edges(folder: &Folder) -> Result<Vec<Edge>> {
     Ok(rows::<EdgeRow>(&file, 0, count)?.iter().map(edge).collect())
 }
 
+/// The first rows of a list of ids; none when the folder has no such list.
 fn first_ids(folder: &Folder, name: &str) -> Result<Vec<u64>> {
+    if !folder.has(name) {
+        return Ok(Vec::new());
+    }
     let count = length(folder, name).min(NAMED as u64);
     let file = folder.file(name)?;
     if folder.manifest().index == "u4" {
@@ -266,93 +301,4 @@ fn first_ids(folder: &Folder, name: &str) -> Result<Vec<u64>> {
         return Ok(ids.into_iter().map(u64::from).collect());
     }
     rows::<u64>(&file, 0, count)
-}
-
-/// Reads the components once: the largest, the sizes, the first that are not as one hopes.
-fn survey(folder: &Folder, report: &mut Report) -> Result<()> {
-    let mut sizes = [(0u64, 0u64); 64];
-    let outward = report.options.orient == folder::Orient::Outward;
-    Rows::open(folder)?.each(|number, row| {
-        let row = &row.base;
-        let triangles = row.triangles;
-        let class = &mut sizes[triangles.max(1).ilog2() as usize];
-        class.0 += 1;
-        class.1 += triangles;
-        keep_largest(&mut report.largest, number, row);
-        let culprits = &mut report.culprits;
-        if row.orientable == 0 {
-            name(&mut culprits.nonorientable_components, number);
-        } else if outward && row.watertight == 0 {
-            name(&mut culprits.not_watertight_components, number);
-        }
-        Ok(())
-    })?;
-    let class = |(i, &(components, triangles)): (usize, &(u64, u64))| SizeClass {
-        from: 1 << i,
-        to: (1u64 << i) - 1 + (1 << i),
-        components,
-        triangles,
-    };
-    let some = sizes.iter().enumerate().filter(|(_, class)| class.0 > 0);
-    report.sizes = some.map(class).collect();
-    Ok(())
-}
-
-fn name(list: &mut Vec<u64>, number: u64) {
-    if list.len() < NAMED {
-        list.push(number);
-    }
-}
-
-/// Keeps the list of the largest, larger ones first, smaller numbers first among equals.
-fn keep_largest(largest: &mut Vec<Component>, number: u64, row: &ComponentRow) {
-    let triangles = row.triangles;
-    let at = largest.partition_point(|c| c.triangles >= triangles);
-    if at >= LARGEST {
-        return;
-    }
-    let known = |x: f64| x.is_finite().then_some(x);
-    largest.truncate(LARGEST - 1);
-    largest.insert(
-        at,
-        Component {
-            component: number,
-            triangles,
-            border_edges: row.border_edges,
-            closed: row.closed == 1,
-            orientable: row.orientable == 1,
-            volume: known(row.six_volume / 6.0),
-            area: known(row.area),
-        },
-    );
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use bytemuck::Zeroable;
-
-    #[test]
-    fn the_largest_are_kept_in_order() {
-        let mut largest = Vec::new();
-        for (number, triangles) in [3u64, 9, 4, 9, 1, 7, 7, 7, 7, 8, 2].into_iter().enumerate() {
-            let row = ComponentRow {
-                triangles,
-                ..ComponentRow::zeroed()
-            };
-            keep_largest(&mut largest, number as u64, &row);
-        }
-        let kept: Vec<(u64, u64)> = largest.iter().map(|c| (c.component, c.triangles)).collect();
-        let expected = [
-            (1, 9),
-            (3, 9),
-            (9, 8),
-            (5, 7),
-            (6, 7),
-            (7, 7),
-            (8, 7),
-            (2, 4),
-        ];
-        assert_eq!(kept, expected);
-    }
 }

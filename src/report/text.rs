@@ -1,7 +1,7 @@
 //! The report as text for people.
 
 use super::{Component, Report, arrays};
-use crate::folder::{Counts, Manifest, Orient};
+use crate::folder::{Counts, Manifest, Measures, Orient};
 use std::fmt::Write;
 
 /// Groups the digits of a count: 1234567 is "1 234 567".
@@ -76,6 +76,35 @@ fn counts(out: &mut String, c: &Counts) {
     }
 }
 
+/// What the vertices tell, when the folder was measured.
+fn measures(out: &mut String, measures: Option<&Measures>) {
+    let Some(m) = measures else {
+        return;
+    };
+    line(out, "non-manifold vertices", m.nonmanifold_vertices, "");
+    line(out, "duplicate triangles", m.duplicate, "");
+    let loops = format!("Euler characteristic {}", m.euler);
+    line(out, "border loops", m.border_loops, &loops);
+    line(out, "fans", m.fans, "around vertices");
+    line(out, "simple meshes", m.smesh_components, "among components");
+    line(
+        out,
+        "components by vertices",
+        m.components_joined_at_vertices,
+        "joined at shared vertices",
+    );
+    let often = m.valences.iter().rev().max_by_key(|class| class.vertices);
+    let remark = often.map_or(String::new(), |class| {
+        let valence = if class.from == class.to {
+            class.from.to_string()
+        } else {
+            format!("{} to {}", class.from, class.to)
+        };
+        format!("most often {valence}")
+    });
+    line(out, "largest valence", m.largest_valence, &remark);
+}
+
 /// What the manifest alone says: O(1).
 pub fn info(manifest: &Manifest) -> String {
     let mut out = String::new();
@@ -94,6 +123,7 @@ pub fn info(manifest: &Manifest) -> String {
         },
     );
     counts(&mut out, &manifest.counts);
+    measures(&mut out, manifest.measures.as_ref());
     out.push('\n');
     table_of_arrays(&mut out, &arrays(manifest));
     out
@@ -117,6 +147,7 @@ pub fn render(report: &Report) -> String {
     let mut out = String::new();
     verdict(&mut out, report);
     counts(&mut out, &report.counts);
+    measures(&mut out, report.measures.as_ref());
     culprits(&mut out, report);
     components(&mut out, report);
     out.push('\n');
@@ -162,10 +193,12 @@ fn verdict(out: &mut String, report: &Report) {
     } else {
         "not closed"
     };
-    let manifold = if c.nonmanifold_edges == 0 {
-        "no non-manifold edge"
-    } else {
-        "non-manifold edges"
+    let vertices = report.measures.as_ref().map(|m| m.nonmanifold_vertices);
+    let manifold = match (c.nonmanifold_edges, vertices) {
+        (0, None) => "no non-manifold edge",
+        (0, Some(0)) => "manifold",
+        (0, Some(_)) => "non-manifold vertices",
+        _ => "non-manifold edges",
     };
     let oriented = match (report.options.orient, c.nonorientable_components) {
         (Orient::Keep, _) => "orientation kept",
@@ -198,7 +231,13 @@ fn culprits(out: &mut String, report: &Report) {
             edges.join(", "),
             "nonmanifold_edges.npy",
         ),
+        (
+            "non-manifold vertices",
+            ids(&c.nonmanifold_vertices),
+            "nonmanifold_vertices.npy",
+        ),
         ("degenerate triangles", ids(&c.degenerate), "degenerate.npy"),
+        ("duplicate triangles", ids(&c.duplicate), "duplicate.npy"),
         (
             "components not orientable",
             ids(&c.nonorientable_components),
@@ -255,6 +294,17 @@ fn component(out: &mut String, c: &Component) {
         number(c.volume),
         number(c.area)
     );
+    if let Some(m) = &c.measures {
+        let smesh = if m.is_smesh { ", a simple mesh" } else { "" };
+        let _ = writeln!(
+            out,
+            "              {} vertices, {} fans, {} border loops, genus {}{smesh}",
+            grouped(m.vertices),
+            grouped(m.fans),
+            grouped(m.border_loops),
+            m.genus
+        );
+    }
 }
 
 #[cfg(test)]

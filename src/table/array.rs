@@ -41,6 +41,15 @@ impl Width {
         }
     }
 
+    /// Appends an id, which must fit; `u64::MAX` is NONE at both widths.
+    #[inline]
+    pub(crate) fn put(self, bytes: &mut Vec<u8>, id: u64) {
+        match self {
+            Width::U4 => bytes.extend_from_slice(&u32::of(id).to_le_bytes()),
+            Width::U8 => bytes.extend_from_slice(&u64::of(id).to_le_bytes()),
+        }
+    }
+
     /// The id number `i` of an array; NONE is `u64::MAX` at both widths.
     #[inline]
     pub(crate) fn get(self, bytes: &[u8], i: usize) -> u64 {

@@ -3,7 +3,10 @@
 //! Sorted by (lo, hi, corner), the records of an edge lie together, smallest corner first, and
 //! hold all that the checks of the edge need: no check looks anything up.
 //!
-//! Memory: 24 bytes with ids of 4 bytes, 40 with ids of 8. I/O: none.
+//! The triangle's third vertex comes along when it is the largest: so the two smallest vertices
+//! and the third name a triangle's set of vertices once among its three records.
+//!
+//! Memory: 24 bytes with ids of 4 bytes and fewer than 2^30 vertices, else 48. I/O: none.
 
 use super::sort::Record;
 use bytemuck::{Pod, Zeroable};
@@ -18,10 +21,26 @@ pub(super) struct Facing {
     pub(super) opposite: u64,
     /// Label of its triangle; all ones when that is NONE or out of range.
     pub(super) label: u64,
+    /// V of the corner when that is above hi (and a vertex); else all ones.
+    pub(super) apex: u64,
     /// True when V[n(corner)] is lo.
     pub(super) upward: bool,
     /// True when the triangle is flipped.
     pub(super) flipped: bool,
+}
+
+impl Facing {
+    /// The triangle's corners at lo and at hi.
+    #[inline]
+    pub(super) fn ends(&self) -> (u64, u64) {
+        let (first, k) = (self.corner / 3 * 3, self.corner % 3);
+        let (next, prev) = (first + (k + 1) % 3, first + (k + 2) % 3);
+        if self.upward {
+            (next, prev)
+        } else {
+            (prev, next)
+        }
+    }
 }
 
 /// A [`Facing`] as it is sorted.
@@ -32,7 +51,7 @@ pub(super) trait EdgeRecord: Record {
     fn unpack(&self) -> Facing;
 }
 
-/// With ids of 4 bytes.
+/// With ids of 4 bytes, of fewer than [`Narrow::VERTICES`] vertices.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct Narrow {
@@ -41,7 +60,16 @@ pub(super) struct Narrow {
     corner: u32,
     opposite: u32,
     label: u32,
-    bits: u32,
+    /// The apex, shifted left by two, and the two bits.
+    apex: u32,
+}
+
+/// The apex field of [`Narrow`] when there is none.
+const NO_APEX: u32 = u32::MAX >> 2;
+
+impl Narrow {
+    /// The most vertices: one fewer than there are values of the apex field.
+    pub(super) const VERTICES: u64 = NO_APEX as u64;
 }
 
 /// With ids of 8 bytes.
@@ -54,6 +82,7 @@ pub(super) struct Wide {
     opposite: u64,
     /// Label, shifted left by two, and the two bits.
     label: u64,
+    apex: u64,
 }
 
 fn bits(facing: &Facing) -> u32 {
@@ -86,19 +115,25 @@ impl EdgeRecord for Narrow {
             corner: facing.corner as u32,
             opposite: facing.opposite as u32,
             label: facing.label as u32,
-            bits: bits(facing),
+            apex: (facing.apex as u32) << 2 | bits(facing),
         }
     }
 
     fn unpack(&self) -> Facing {
+        let apex = self.apex >> 2;
         Facing {
             lo: widen(self.lo),
             hi: widen(self.hi),
             corner: u64::from(self.corner),
             opposite: widen(self.opposite),
             label: widen(self.label),
-            upward: self.bits & 1 != 0,
-            flipped: self.bits & 2 != 0,
+            apex: if apex == NO_APEX {
+                u64::MAX
+            } else {
+                u64::from(apex)
+            },
+            upward: self.apex & 1 != 0,
+            flipped: self.apex & 2 != 0,
         }
     }
 }
@@ -122,6 +157,7 @@ impl EdgeRecord for Wide {
             corner: facing.corner,
             opposite: facing.opposite,
             label: facing.label << 2 | u64::from(bits(facing)),
+            apex: facing.apex,
         }
     }
 
@@ -133,6 +169,7 @@ impl EdgeRecord for Wide {
             corner: self.corner,
             opposite: self.opposite,
             label: if label == NO_LABEL { u64::MAX } else { label },
+            apex: self.apex,
             upward: self.label & 1 != 0,
             flipped: self.label & 2 != 0,
         }
@@ -146,7 +183,12 @@ mod tests {
     #[test]
     fn records_come_back() {
         let none = u64::MAX;
-        for (lo, hi, opposite, label) in [(1, 7, 12, 3), (0, none, none, none)] {
+        let most = Narrow::VERTICES - 1;
+        for (lo, hi, opposite, label, apex) in [
+            (1, 7, 12, 3, 9),
+            (0, none, none, none, none),
+            (0, 1, 4, 2, most),
+        ] {
             for side in 0..4 {
                 let facing = Facing {
                     lo,
@@ -154,6 +196,7 @@ mod tests {
                     corner: 41,
                     opposite,
                     label,
+                    apex,
                     upward: side & 1 != 0,
                     flipped: side & 2 != 0,
                 };

@@ -10,6 +10,7 @@
 //! [`links`](super::links)). I/O: the sorted corners once, the two lists once.
 
 use super::edge_record::{EdgeRecord, Facing};
+use super::fans::Feed;
 use super::files::Arrays;
 use super::links::Links;
 use super::read::{IdReader, Rows};
@@ -62,6 +63,8 @@ pub(super) struct Pass<'a> {
     pub(super) links: &'a mut Links,
     pub(super) sides: Filler<'a, Side>,
     pub(super) meetings: &'a mut Spool<Meeting>,
+    /// In measured folders.
+    pub(super) feed: Option<Feed<'a>>,
     pub(super) rows: Rows<'a, EdgeRow>,
     pub(super) corners: IdReader<'a>,
     /// Place in the list of corners.
@@ -115,6 +118,9 @@ impl Pass<'_> {
         self.rest_of_lists()?;
         self.table.finish()?;
         self.sides.finish()?;
+        if let Some(feed) = self.feed {
+            feed.finish()?;
+        }
         progress.end();
         Ok(self.counted)
     }
@@ -138,7 +144,10 @@ impl Pass<'_> {
         if facing.label != u64::MAX {
             self.table.of(facing.label)?.border += 1;
         }
-        Ok(())
+        match &mut self.feed {
+            Some(feed) => feed.border(facing),
+            None => Ok(()),
+        }
     }
 
     fn regular(&mut self, a: &Facing, b: &Facing) -> Result<()> {
@@ -150,6 +159,9 @@ impl Pass<'_> {
         self.counted.inconsistent += u64::from(input);
         let (ta, tb) = (a.corner / 3, b.corner / 3);
         self.links.push(ta, tb, disagree)?;
+        if let Some(feed) = &mut self.feed {
+            feed.regular(a, b)?;
+        }
         if a.label != b.label {
             let at = At::Triangle(ta.max(tb));
             self.findings.add(Check::Label, COMPONENT, at, || {
@@ -244,6 +256,9 @@ impl Pass<'_> {
             }
         }
         star.corners += 1;
+        if let Some(feed) = &mut self.feed {
+            feed.cut(facing, self.counted.nonmanifold)?;
+        }
         if facing.label != u64::MAX {
             self.table.of(facing.label)?.cut += 1;
             self.sides.push(Side {

@@ -11,7 +11,7 @@ use super::verdict::{At, Check, Checked, Findings};
 use crate::disk::{DataFile, Workspace};
 use crate::error::{Error, Result};
 use crate::folder::npy::{DATA_START, header_bytes};
-use crate::folder::{self, ComponentRow, EdgeRow, FileEntry, Manifest, Orient, block_sums};
+use crate::folder::{self, EdgeRow, FileEntry, Manifest, Orient, block_sums};
 use std::path::Path;
 
 /// The arrays of a folder, opened, each as long as its shape says.
@@ -37,10 +37,18 @@ pub(super) struct Arrays {
     pub(super) edge_rows: DataFile,
     /// Coordinates, and whether they have 8 bytes.
     pub(super) g: Option<(DataFile, bool)>,
+    /// What only measured folders have.
+    pub(super) measured: Option<Lists>,
+}
+
+/// The lists of measured folders.
+pub(super) struct Lists {
+    pub(super) nonmanifold_vertices: Ids,
+    pub(super) duplicate: Ids,
 }
 
 /// The arrays that are checked beyond their checksums.
-const KNOWN: [&str; 9] = [
+const KNOWN: [&str; 11] = [
     folder::V,
     folder::O,
     folder::G,
@@ -49,6 +57,8 @@ const KNOWN: [&str; 9] = [
     folder::COMPONENTS,
     folder::NONMANIFOLD_EDGES,
     folder::NONMANIFOLD_CORNERS,
+    folder::NONMANIFOLD_VERTICES,
+    folder::DUPLICATE,
     folder::DEGENERATE,
 ];
 
@@ -249,6 +259,33 @@ impl Want<'_> {
         }
         found
     }
+
+    /// Measures are in the manifest, in the table and as lists, or nowhere.
+    fn all_or_nothing(&mut self, measured: bool) {
+        for entry in &self.manifest.files {
+            let other = match entry.name.as_str() {
+                folder::COMPONENTS => entry.dtype == folder::row_type(!measured).0,
+                folder::NONMANIFOLD_VERTICES | folder::DUPLICATE => !measured,
+                _ => false,
+            };
+            if !other {
+                continue;
+            }
+            self.sound = false;
+            let at = At::Key("measures");
+            self.findings
+                .add(Check::Manifest, folder::MANIFEST, at, || {
+                    let name = &entry.name;
+                    if measured {
+                        let found = format!("measures, and a {name} without their columns");
+                        (found, "the columns too".into())
+                    } else {
+                        let found = format!("null, and a {name} of a measured folder");
+                        (found, "all measures or none".into())
+                    }
+                });
+        }
+    }
 }
 
 /// Opens the arrays, when types, shapes and lengths agree with each other.
@@ -272,9 +309,15 @@ pub(super) fn arrays(
     want.rows(folder::COMPONENT, index, (None, item), Some(triangles));
     let packed = Some(triangles.div_ceil(8));
     want.rows(folder::FLIPPED, "|u1", (None, 1), packed);
-    let row = size_of::<ComponentRow>() as u64;
-    let descr = folder::COMPONENT_DESCR;
+    let measured = manifest.measures.is_some();
+    want.all_or_nothing(measured);
+    let (descr, row) = folder::row_type(measured);
     let components = want.rows(folder::COMPONENTS, descr, (None, row), None);
+    let mut lists = [0; 2];
+    if measured {
+        lists = [folder::NONMANIFOLD_VERTICES, folder::DUPLICATE]
+            .map(|name| want.rows(name, index, (None, item), None));
+    }
     let row = size_of::<EdgeRow>() as u64;
     let edges = want.rows(
         folder::NONMANIFOLD_EDGES,
@@ -338,6 +381,13 @@ pub(super) fn arrays(
         g: match coords {
             Some((_, item)) => Some((file(folder::G)?, item == 8)),
             None => None,
+        },
+        measured: match measured {
+            true => Some(Lists {
+                nonmanifold_vertices: ids(folder::NONMANIFOLD_VERTICES, lists[0])?,
+                duplicate: ids(folder::DUPLICATE, lists[1])?,
+            }),
+            false => None,
         },
     }))
 }

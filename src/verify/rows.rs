@@ -10,12 +10,14 @@ use super::coords::Frame;
 use super::files::Arrays;
 use super::measures;
 use super::read::Rows;
+use super::shape;
 use super::sort::Sorter;
 use super::tally::Tally;
 use super::verdict::{At, Check, Findings};
 use crate::disk::Workspace;
 use crate::error::Result;
-use crate::folder::{COMPONENT, COMPONENTS, ComponentRow, FLIPPED, Orient, V};
+use crate::folder::{COMPONENT, COMPONENTS, ComponentMeasures, ComponentRow, FLIPPED, Orient, V};
+use bytemuck::{Pod, Zeroable};
 
 /// What is counted over all components.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,10 +26,46 @@ pub(super) struct Counted {
     pub(super) closed: u64,
     pub(super) watertight: u64,
     pub(super) flipped: u64,
+    /// Simple meshes, as [`shape`] defines them.
+    pub(super) smesh: u64,
+}
+
+/// A row of the table, measured or not.
+pub(super) trait TableRow: Pod {
+    /// The columns that every table has.
+    fn base(&self) -> ComponentRow;
+    /// The columns of a measured one.
+    fn measures(&self) -> Option<ComponentMeasures>;
+}
+
+impl TableRow for ComponentRow {
+    fn base(&self) -> ComponentRow {
+        *self
+    }
+    fn measures(&self) -> Option<ComponentMeasures> {
+        None
+    }
+}
+
+/// A row of a measured table.
+#[repr(C, packed)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct MeasuredRow {
+    base: ComponentRow,
+    measures: ComponentMeasures,
+}
+
+impl TableRow for MeasuredRow {
+    fn base(&self) -> ComponentRow {
+        self.base
+    }
+    fn measures(&self) -> Option<ComponentMeasures> {
+        Some(self.measures)
+    }
 }
 
 /// Checks every row.
-pub(super) fn run(
+pub(super) fn run<R: TableRow>(
     ws: &Workspace,
     arrays: &Arrays,
     frame: Option<&Frame>,
@@ -38,7 +76,7 @@ pub(super) fn run(
     let all = arrays.components;
     ws.progress.begin("verify: components", "components", all);
     let mut merge = tallies.merge(ws, memory / 2)?;
-    let mut rows = Rows::<ComponentRow>::new(ws, &arrays.component_rows, all, memory / 8)?;
+    let mut rows = Rows::<R>::new(ws, &arrays.component_rows, all, memory / 8)?;
     let mut next = merge.next()?;
     let mut before = None;
     let mut counted = Counted::default();
@@ -61,13 +99,26 @@ pub(super) fn run(
             frame,
             findings,
             label,
-            row,
+            row: row.base(),
             tally,
         };
         component.numbering(&mut before);
         component.columns(&mut counted);
         component.orientation();
-        measures::check(findings, label, &row, &tally, frame, component.tight());
+        measures::check(
+            findings,
+            label,
+            &component.row,
+            &tally,
+            frame,
+            component.tight(),
+        );
+        if let Some(said) = row.measures() {
+            let (closed, orientable) = (component.closed(), component.orientable());
+            let own = shape::of(&tally, closed, orientable);
+            shape::check(findings, label, &said, &own);
+            counted.smesh += u64::from(own.is_smesh);
+        }
     }
     ws.progress.end();
     Ok(counted)

@@ -9,7 +9,7 @@
 //! coordinates; volumes and areas are floating sums with a running correction (Neumaier's),
 //! good to a few units in the last place of the sum of the magnitudes.
 //!
-//! Memory: 232 bytes a place, leased. I/O: 232 bytes for each displaced part.
+//! Memory: 256 bytes a place, leased. I/O: 256 bytes for each displaced part.
 
 use super::sort::{Filler, Record, Sorter};
 use crate::disk::{Lease, Workspace};
@@ -80,6 +80,10 @@ pub(super) struct Tally {
     pub(super) odd: u64,
     /// Non-manifold edges at which the component's own corners do not cancel.
     pub(super) uneven: u64,
+    /// Distinct vertices, fans, and loops of corners without an opposite.
+    pub(super) vertices: u64,
+    pub(super) fans: u64,
+    pub(super) loops: u64,
 }
 
 impl Tally {
@@ -118,6 +122,9 @@ impl Tally {
         self.last_piece = self.last_piece.max(other.last_piece);
         self.odd += other.odd;
         self.uneven += other.uneven;
+        self.vertices += other.vertices;
+        self.fans += other.fans;
+        self.loops += other.loops;
     }
 }
 

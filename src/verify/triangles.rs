@@ -3,8 +3,8 @@
 //!
 //! Why one pass in any order: what is checked of a triangle here needs only its own rows of
 //! V, O, `component.npy` and `flipped.npy`. `degenerate.npy` is ascending, so a chunk finds
-//! its part by bisection. Vertices that occur leave spans of consecutive ids, which a sort
-//! unites.
+//! its part by bisection. Vertices that occur leave [`spans`](super::spans), and in
+//! measured folders counts of their triangles (see [`valences`](super::valences)).
 //!
 //! Memory: [`BYTES`] a triangle of a chunk, and the buffers of the sorts, each thread its own.
 //! I/O: V, O, labels and bits once; see [`coords`](super::coords) for G.
@@ -15,33 +15,19 @@ use super::far::Wanted;
 use super::files::Arrays;
 use super::read::IdReader;
 use super::row::Row;
-use super::sort::{Filler, Record, Sorter};
+use super::sort::{Filler, Sorter};
+use super::spans::Span;
 use super::tally::{Table, Tally};
+use super::valences::Seen;
 use super::verdict::{At, Check, Findings, id};
 use crate::disk::{Lease, Workspace};
 use crate::error::Result;
 use crate::folder::npy::DATA_START;
 use crate::folder::{DEGENERATE, FLIPPED};
-use bytemuck::{Pod, Zeroable};
 use std::sync::Mutex;
 
 /// Bytes of a triangle in a chunk: V, O, raw ids, label, bit, vertices in order, points.
 pub(super) const BYTES: u64 = 24 + 24 + 24 + 8 + 1 + 48 + 72 + 7;
-
-/// Vertices that occur, from the first up to but not including the last.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub(super) struct Span {
-    from: u64,
-    to: u64,
-}
-
-impl Record for Span {
-    type Key = u64;
-    fn key(&self) -> u64 {
-        self.from
-    }
-}
 
 /// Where the pass sends records, and how much memory a thread gives to what.
 pub(super) struct Outlets<'a, E> {
@@ -49,6 +35,8 @@ pub(super) struct Outlets<'a, E> {
     pub(super) tallies: &'a Sorter<Tally>,
     pub(super) spans: &'a Sorter<Span>,
     pub(super) wanted: &'a Sorter<Wanted>,
+    /// In measured folders.
+    pub(super) seen: Option<&'a Sorter<Seen>>,
     /// Triangles of a chunk, a multiple of 8.
     pub(super) chunk: u64,
     /// Bytes of a thread's table of component sums.
@@ -152,6 +140,7 @@ struct Lane<'a, E: EdgeRecord> {
     table: Table<'a>,
     spans: Filler<'a, Span>,
     wanted: Filler<'a, Wanted>,
+    seen: Option<Filler<'a, Seen>>,
     /// The list of degenerate triangles.
     listed: IdReader<'a>,
     counted: Counted,
@@ -184,6 +173,7 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
             table: Table::new(ws, outlets.tallies, arrays.components, outlets.table)?,
             spans: outlets.spans.filler(ws)?,
             wanted: outlets.wanted.filler(ws)?,
+            seen: outlets.seen.map(|seen| seen.filler(ws)).transpose()?,
             listed: IdReader::new(ws, &arrays.degenerate, 4 << 10)?,
             counted: Counted::default(),
         })
@@ -193,6 +183,7 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
         self.edges.finish()?;
         self.table.finish()?;
         self.spans.finish()?;
+        self.seen.map_or(Ok(()), Filler::finish)?;
         self.wanted.finish()
     }
 
@@ -218,6 +209,7 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
         let mut place = arrays.degenerate.lower_bound(first)?;
         // A list in disorder must not make every chunk read all of it.
         let most = place + n as u64;
+        let before = self.counted.degenerate;
         for i in 0..n {
             let row = self.row(first, i);
             row.ranges(arrays, self.findings);
@@ -241,6 +233,7 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
         }
         self.sort_vertices();
         self.spans()?;
+        self.valences(before != self.counted.degenerate)?;
         self.measure(first)
     }
 
@@ -268,12 +261,15 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
         }
         for k in 0..3 {
             let (next, prev) = (row.v[(k + 1) % 3], row.v[(k + 2) % 3]);
+            let hi = next.max(prev);
+            let apex = Some(row.v[k]).filter(|&v| hi < v && v < self.arrays.vertices);
             self.edges.push(E::pack(&Facing {
                 lo: next.min(prev),
-                hi: next.max(prev),
+                hi,
                 corner: 3 * row.t + k as u64,
                 opposite: row.o[k],
                 label: if labelled { row.label } else { u64::MAX },
+                apex: apex.unwrap_or(u64::MAX),
                 upward: next < prev,
                 flipped: row.flipped,
             }))?;
@@ -309,6 +305,30 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
             }
         }
         span.map_or(Ok(()), |span| self.spans.push(span))
+    }
+
+    /// The triangles at each vertex that occurs; `some` says that some are degenerate.
+    fn valences(&mut self, some: bool) -> Result<()> {
+        let Some(seen) = &mut self.seen else {
+            return Ok(());
+        };
+        let v = &self.v;
+        let whole = |place: u32| {
+            let first = place as usize / 3 * 3;
+            let (a, b, c) = (v[first], v[first + 1], v[first + 2]);
+            a != b && b != c && c != a
+        };
+        for corners in self.order.chunk_by(|a, b| a.0 == b.0) {
+            let times = match some {
+                true => corners.iter().filter(|(_, place)| whole(*place)).count(),
+                false => corners.len(),
+            } as u64;
+            if times > 0 {
+                let vertex = corners[0].0;
+                seen.push(Seen { vertex, times })?;
+            }
+        }
+        Ok(())
     }
 
     /// Measures the triangles of the chunk, or leaves them to the sorts.
@@ -351,15 +371,4 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
         }
         Ok(())
     }
-}
-
-/// Number of vertices that occur in any triangle.
-pub(super) fn referenced(ws: &Workspace, spans: Sorter<Span>, memory: u64) -> Result<u64> {
-    let mut merge = spans.merge(ws, memory)?;
-    let (mut seen, mut end) = (0, 0);
-    while let Some(span) = merge.next()? {
-        seen += span.to.saturating_sub(span.from.max(end));
-        end = end.max(span.to);
-    }
-    Ok(seen)
 }

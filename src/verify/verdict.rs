@@ -30,6 +30,10 @@ pub enum Check {
     NonmanifoldEdges,
     /// `nonmanifold_corners.npy` lists exactly their corners.
     NonmanifoldCorners,
+    /// `nonmanifold_vertices.npy` lists exactly the vertices with more than one fan.
+    NonmanifoldVertices,
+    /// `duplicate.npy` lists exactly the triangles that have the vertices of an earlier one.
+    Duplicate,
     /// Labels are in range, alike across opposites, and numbered by first triangle.
     Label,
     /// One label is one component.
@@ -42,10 +46,12 @@ pub enum Check {
     ComponentTable,
     /// Every count of the manifest is what the arrays say.
     Counts,
+    /// Every measure of the manifest is what the arrays say.
+    Measures,
 }
 
 /// Number of kinds of [`Check`].
-const CHECKS: usize = Check::Counts as usize + 1;
+const CHECKS: usize = Check::Measures as usize + 1;
 
 impl Check {
     /// All checks, in the order of a verdict.
@@ -59,12 +65,15 @@ impl Check {
         Check::Degenerate,
         Check::NonmanifoldEdges,
         Check::NonmanifoldCorners,
+        Check::NonmanifoldVertices,
+        Check::Duplicate,
         Check::Label,
         Check::Connected,
         Check::Orientation,
         Check::FlippedBits,
         Check::ComponentTable,
         Check::Counts,
+        Check::Measures,
     ];
 
     /// Its name in reports.
@@ -79,12 +88,15 @@ impl Check {
             Check::Degenerate => "degenerate",
             Check::NonmanifoldEdges => "non-manifold edges",
             Check::NonmanifoldCorners => "non-manifold corners",
+            Check::NonmanifoldVertices => "non-manifold vertices",
+            Check::Duplicate => "duplicate",
             Check::Label => "label",
             Check::Connected => "connected",
             Check::Orientation => "orientation",
             Check::FlippedBits => "flipped bits",
             Check::ComponentTable => "component table",
             Check::Counts => "counts",
+            Check::Measures => "measures",
         }
     }
 }
@@ -102,6 +114,8 @@ pub enum At {
     Corner(u64),
     /// A triangle.
     Triangle(u64),
+    /// A vertex.
+    Vertex(u64),
     /// A row of a list.
     Row(u64),
     /// A component.
@@ -120,6 +134,7 @@ impl fmt::Display for At {
             At::Block(n) => write!(f, "block {n}"),
             At::Corner(n) => write!(f, "corner {n}"),
             At::Triangle(n) => write!(f, "triangle {n}"),
+            At::Vertex(n) => write!(f, "vertex {n}"),
             At::Row(n) => write!(f, "row {n}"),
             At::Component(n) => write!(f, "component {n}"),
             At::Edge(lo, hi) => write!(f, "edge {{{lo}, {hi}}}"),
@@ -175,6 +190,9 @@ pub struct Checked {
     pub edge_runs: u64,
     /// Ranges of triangles that connectivity was settled in; 1 when it fitted in memory.
     pub link_ranges: u64,
+    /// Ranges of corners that fans and border loops were settled in; 0 in folders without
+    /// measures.
+    pub corner_ranges: u64,
     /// Corners whose coordinates were joined by sorting, not read where they lie.
     pub far_corners: u64,
 }

@@ -3,6 +3,9 @@
 use super::folder::Folder;
 use super::mesh::Mesh;
 use super::naive::{self, Answer, Orient};
+use super::npy::Npy;
+use super::stars::Star;
+use std::collections::BTreeMap;
 
 /// The oracle's answer for the mesh in `folder`. The folder is asked only for the sign of components
 /// too flat for the oracle to tell.
@@ -26,6 +29,7 @@ pub fn differences(
     compare_arrays(folder, answer, index, &mut wrong);
     compare_components(folder, answer, &mut wrong);
     compare_counts(folder, answer, &mut wrong);
+    compare_stars(folder, answer, &mut wrong);
     compare_positions(folder, positions, &mut wrong);
     wrong
 }
@@ -191,4 +195,51 @@ fn compare_counts(folder: &Folder, answer: &Answer, wrong: &mut Vec<String>) {
             found => same(wrong, name, found, Some(expected)),
         }
     }
+}
+
+fn compare_stars(folder: &Folder, answer: &Answer, wrong: &mut Vec<String>) {
+    let stars = &answer.stars;
+    let columns: [Column<Star>; 6] = [
+        ("vertices", |s| s.vertices),
+        ("fans", |s| s.fans),
+        ("border_loops", |s| s.border_loops),
+        ("euler", |s| s.euler as u64),
+        ("genus", |s| s.genus as u64),
+        ("is_smesh", |s| s.is_smesh.into()),
+    ];
+    for (name, value) in columns {
+        let expected: Vec<u64> = stars.components.iter().map(value).collect();
+        let what = format!("components.{name}");
+        same(wrong, &what, folder.components.counts(name), expected);
+    }
+    let list = |name: &str| Npy::read(&folder.path.join(name)).ids();
+    for (name, expected) in [
+        ("nonmanifold_vertices.npy", &stars.nonmanifold_vertices),
+        ("duplicate.npy", &stars.duplicate),
+    ] {
+        same(wrong, name, &list(name), expected);
+    }
+    let measures = &folder.manifest["measures"];
+    for (&name, &expected) in &stars.measures {
+        let what = format!("measures.{name}");
+        same(wrong, &what, measures[name].as_i64(), Some(expected));
+    }
+    let class = |c: &serde_json::Value| ["from", "to", "vertices"].map(|key| c[key].as_u64());
+    let found: Vec<_> = measures["valences"]
+        .as_array()
+        .map_or(vec![], |all| all.iter().map(class).collect());
+    let mut classes = BTreeMap::new();
+    for (&valence, &vertices) in &stars.valences {
+        let power = 1 << valence.max(1).ilog2();
+        let class = if valence < 64 {
+            (valence, valence)
+        } else {
+            (power, 2 * power - 1)
+        };
+        *classes.entry(class).or_insert(0) += vertices;
+    }
+    let expected = classes
+        .into_iter()
+        .map(|((from, to), n)| [from, to, n].map(Some));
+    same(wrong, "measures.valences", found, expected.collect());
 }

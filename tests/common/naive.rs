@@ -7,6 +7,7 @@
 
 use super::mesh::Mesh;
 use super::space::{Sign, Space, is_finite};
+use super::stars::Stars;
 use super::tables::Tables;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -71,6 +72,7 @@ pub struct Answer {
     pub nonmanifold_edges: Vec<CutEdge>,
     pub degenerate: Vec<u64>,
     pub counts: BTreeMap<&'static str, u64>,
+    pub stars: Stars,
     /// Components where the program's own choice of sign was taken.
     pub unclear: usize,
 }

@@ -106,10 +106,13 @@ impl Npy {
             .collect()
     }
 
-    /// One unsigned column of a structured array.
+    /// One column of integers of a structured array, negative ones as their bits.
     pub fn counts(&self, name: &str) -> Vec<u64> {
         let field = self.field(name);
-        assert_eq!((field.kind, field.count), ('u', 1), "column {name}");
+        assert!(
+            "ui".contains(field.kind) && field.count == 1,
+            "column {name}"
+        );
         let (at, size) = (field.offset, field.size);
         self.data
             .chunks_exact(self.row_bytes())

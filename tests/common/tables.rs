@@ -5,6 +5,7 @@ use super::folder::NONE;
 use super::naive::{Answer, Component, CutEdge, corner_positions, faced_edges, incident_corners};
 use super::naive::{is_degenerate, is_watertight, joined_components, opposites};
 use super::space::{Space, area, is_finite};
+use super::stars::stars;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The oriented table, from which all the rest is counted anew.
@@ -21,7 +22,8 @@ pub struct Tables {
 impl Tables {
     pub fn describe(self) -> Answer {
         let incident = incident_corners(&self.v);
-        let o = opposites(&incident)
+        let opposite = opposites(&incident);
+        let o = opposite
             .iter()
             .map(|d| d.map_or(NONE, |d| d as u64))
             .collect();
@@ -37,7 +39,9 @@ impl Tables {
         let nonmanifold_edges = nonmanifold_edges(&self.v, &incident);
         let mut counts = self.counts(&components, &incident);
         counts.insert("degenerate", degenerate.len() as u64);
+        let stars = stars(&self.v, &opposite, &components, self.vertices);
         Answer {
+            stars,
             v: self.v,
             o,
             component,

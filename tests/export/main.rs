@@ -10,7 +10,9 @@ mod refusals;
 
 use by_hand::{Mesh, tetrahedron, workspace};
 use cornermill::Error;
-use cornermill::export::{ExportCount, ExportRequest, Format, export, export_to, least_memory};
+use cornermill::export::{
+    ExportCount, ExportRequest, Format, Numbers, Selection, export, export_to, least_memory,
+};
 use cornermill::folder::Folder;
 use naive::{assert_same, naive_export};
 use parse::{Parsed, parse};
@@ -106,6 +108,15 @@ fn request((format, ascii): (Format, bool)) -> ExportRequest {
     request
 }
 
+fn selection_of(component: Option<u64>, largest: Option<u64>, least: Option<u64>) -> Selection {
+    Selection {
+        components: component.map(Numbers::one),
+        largest,
+        min_triangles: least,
+        ..Selection::default()
+    }
+}
+
 /// Components of 1, 3, 2, 3 and 1 triangles, interleaved, with a degenerate triangle, vertices
 /// that nothing names, coordinates of every hard kind, and flips.
 fn motley() -> Mesh {
@@ -156,9 +167,7 @@ fn every_selection_in_every_format_is_read_back() {
             for [component, largest, min_triangles] in selections() {
                 for input_orientation in [false, true] {
                     let request = ExportRequest {
-                        component,
-                        largest,
-                        min_triangles,
+                        selection: selection_of(component, largest, min_triangles),
                         input_orientation,
                         ..request(format)
                     };
@@ -176,7 +185,7 @@ fn every_selection_in_every_format_is_read_back() {
 fn counts_types_and_ties() {
     let home = Home::of(&motley());
     let mut two = request((Format::Ply, false));
-    two.largest = Some(2);
+    two.selection.largest = Some(2);
     let (parsed, count, _) = home.back(1 << 22, &two);
     assert_eq!(parsed.types, ["float", "int"]);
     assert_eq!(
@@ -184,7 +193,7 @@ fn counts_types_and_ties() {
         (Some(2), 6, 10)
     );
     // Components 1 and 3 have three triangles each: of one, the lower number.
-    two.largest = Some(1);
+    two.selection.largest = Some(1);
     let (_, count, _) = home.back(1 << 22, &two);
     assert_eq!((count.components, count.triangles), (Some(1), 3));
     let (parsed, _, _) = home.back(1 << 22, &two);
@@ -250,9 +259,7 @@ fn the_least_memory_gives_the_same_bytes_as_ample() {
         for selection in [[None; 3], [None, Some(40), None], [None, None, Some(2)]] {
             let [component, largest, min_triangles] = selection;
             let request = ExportRequest {
-                component,
-                largest,
-                min_triangles,
+                selection: selection_of(component, largest, min_triangles),
                 input_orientation: true,
                 ..request(format)
             };
@@ -304,7 +311,7 @@ fn an_empty_mesh_and_one_without_coordinates() {
             let (parsed, _, _) = home.back(1 << 22, &request(format));
             assert_same(&parsed, &mesh, &request(format));
             let mut one = named(&home, &request(format));
-            one.largest = Some(1);
+            one.selection.largest = Some(1);
             let said = home.run(1 << 22, &one).unwrap_err().to_string();
             assert!(said.contains("no component to choose"), "{said}");
         }
@@ -319,7 +326,7 @@ fn an_empty_mesh_and_one_without_coordinates() {
         if format.0 == Format::Npy {
             let (_, count, _) = home.back(1 << 22, &request);
             assert_eq!((count.files.len(), count.vertices), (1, 0));
-            request.largest = Some(2);
+            request.selection.largest = Some(2);
             let (parsed, _, _) = home.back(1 << 22, &request);
             assert_eq!(parsed.triangles, naive_export(&motley(), &request).1);
         } else {
@@ -337,7 +344,7 @@ fn a_stream_has_the_bytes_of_the_file() {
     let home = Home::of(&motley());
     for format in FORMATS {
         let request = ExportRequest {
-            largest: Some(3),
+            selection: selection_of(None, Some(3), None),
             ..request(format)
         };
         let ws = workspace(home.dir.path(), 1 << 22);

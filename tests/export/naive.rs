@@ -15,11 +15,12 @@ fn naive_choice(mesh: &Mesh, request: &ExportRequest) -> Vec<[u64; 3]> {
         .map_or(0, |l| l + 1);
     let size = |c: u64| labels.iter().filter(|&&l| l == c).count() as u64;
     let mut chosen: Vec<u64> = (0..count).collect();
-    chosen.retain(|&c| request.component.is_none_or(|one| c == one));
-    chosen.retain(|&c| request.min_triangles.is_none_or(|least| size(c) >= least));
+    let selection = &request.selection;
+    chosen.retain(|&c| selection.components.as_ref().is_none_or(|list| list.has(c)));
+    chosen.retain(|&c| selection.min_triangles.is_none_or(|least| size(c) >= least));
     chosen.sort_by_key(|&c| (u64::MAX - size(c), c));
-    chosen.truncate(request.largest.unwrap_or(u64::MAX) as usize);
-    let none = [request.component, request.largest, request.min_triangles] == [None; 3];
+    chosen.truncate(selection.largest.unwrap_or(u64::MAX) as usize);
+    let none = selection.is_empty();
     let wanted = |t: usize| none || chosen.contains(&labels[t]);
     let turned = |t: usize| {
         let [a, b, c] = mesh.v[t];
@@ -49,7 +50,7 @@ pub fn naive_export(mesh: &Mesh, request: &ExportRequest) -> (Vec<[f64; 3]>, Vec
         return (points, ids.collect());
     }
     let mut vertices: Vec<u64> = (0..mesh.vertices).collect();
-    if [request.component, request.largest, request.min_triangles] != [None; 3] {
+    if !request.selection.is_empty() {
         let named: BTreeSet<u64> = triangles.iter().flatten().copied().collect();
         vertices.retain(|v| named.contains(v));
     }

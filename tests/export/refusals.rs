@@ -1,7 +1,7 @@
 //! What is refused, or fails: said in words that name it, and nothing is left behind.
 
 use crate::by_hand::{Mesh, tetrahedron, workspace};
-use crate::{FORMATS, Home, motley, named, request};
+use crate::{FORMATS, Home, motley, named, request, selection_of};
 use cornermill::Error;
 use cornermill::disk::Progress;
 use cornermill::export::{ExportRequest, Format, export, export_to};
@@ -38,32 +38,24 @@ fn what_makes_no_sense_is_refused_and_leaves_nothing() {
     let cases: Vec<(ExportRequest, &str)> = vec![
         (
             ExportRequest {
-                component: Some(5),
+                selection: selection_of(Some(5), None, None),
                 ..base.clone()
             },
             "no component 5: the mesh has 5, numbered 0 to 4",
         ),
         (
             ExportRequest {
-                min_triangles: Some(4),
+                selection: selection_of(None, None, Some(4)),
                 ..base.clone()
             },
-            "none of the 5 components has 4 triangles",
+            "none of the 5 components meets the selection",
         ),
         (
             ExportRequest {
-                largest: Some(0),
+                selection: selection_of(None, Some(0), None),
                 ..base.clone()
             },
             "--largest 0",
-        ),
-        (
-            ExportRequest {
-                component: Some(0),
-                largest: Some(1),
-                ..base.clone()
-            },
-            "--component names one",
         ),
         (
             ExportRequest {
@@ -235,7 +227,7 @@ fn a_damaged_folder_is_named() {
         patch(&home, name, at, &bytes);
         for format in FORMATS {
             let mut request = named(&home, &request(format));
-            request.largest = Some(largest);
+            request.selection.largest = Some(largest);
             let error = home.run(1 << 22, &request).unwrap_err();
             assert!(matches!(error, Error::Input(_)), "{error}");
             assert!(error.to_string().contains(words), "{error}");

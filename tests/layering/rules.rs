@@ -4,7 +4,7 @@ use super::paths::{File, Kind, Named};
 use std::collections::BTreeMap;
 
 /// The modules from top to bottom. One may import from the rows below its own, and from itself.
-pub const ORDER: [&[&str]; 16] = [
+pub const ORDER: [&[&str]; 17] = [
     &["main"],
     &["lib"],
     &["cli"],
@@ -13,6 +13,7 @@ pub const ORDER: [&[&str]; 16] = [
     &["measure"],
     &["build"],
     &["input"],
+    &["walk"],
     &["table"],
     &["verify"],
     &["folder"],

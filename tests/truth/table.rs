@@ -234,6 +234,8 @@ pub const CORRECTED: &[(&str, &[(&str, u64)])] = &[
 
 const FUZE: &[(&str, u64)] = &[
     ("border_edges", 0),
+    ("border_loops", 0),
+    ("nonmanifold_vertices", 0),
     ("components", 1),
     ("distinct_edges", 1500),
     ("vertices", 502),

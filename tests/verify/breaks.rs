@@ -37,9 +37,14 @@ pub fn broken(
 
 /// Breaks it, and looks for the finding at ample and at least memory, in chunks of any size.
 pub fn notice(case: &Break) {
-    let mut sound = parts(&case.soup, case.orient);
-    for wide in [false, true] {
+    let sound = parts(&case.soup, case.orient);
+    let measured = [Check::NonmanifoldVertices, Check::Duplicate].contains(&case.check);
+    for (wide, plain) in [(false, false), (true, false), (true, true)] {
+        let mut sound = sound.clone();
         sound.wide = wide;
+        if plain && !measured {
+            sound.measured = None;
+        }
         let before = verdict_of(&sound);
         assert!(before.ok(), "{}: {}", case.name, said(&before));
         let mut parts = sound.clone();

@@ -50,7 +50,7 @@ fn notices_every_changed_byte() {
         }
         std::fs::write(&path, &sound).unwrap();
     }
-    assert_eq!(files, 9);
+    assert_eq!(files, 11);
 }
 
 #[test]

@@ -2,13 +2,16 @@
 //! and at the right id, each way in which such a folder can be wrong.
 
 mod breaks;
+mod built;
 mod files;
 mod lists;
+mod measures;
 mod memory;
 mod meshes;
 mod naive;
 mod orientation;
 mod relations;
+mod shapes;
 mod table;
 
 use cornermill::Result;
@@ -62,9 +65,12 @@ fn accepts_every_small_mesh() {
             let mut parts = parts(&soup, orient);
             parts.wide = turn % 2 == 1;
             parts.wide_g = turn >= 2;
-            let dir = tempfile::tempdir().unwrap();
-            parts.write(dir.path());
-            for chunk in [8, 1 << 19] {
+            for (chunk, measured) in [(8, true), (1 << 19, true), (8, false)] {
+                if !measured {
+                    parts.measured = None;
+                }
+                let dir = tempfile::tempdir().unwrap();
+                parts.write(dir.path());
                 let limits = Limits {
                     chunk,
                     ..Limits::default()

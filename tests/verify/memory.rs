@@ -33,11 +33,15 @@ fn finds_the_same_out_of_memory() {
     assert!(small.ok(), "{}", said(&small));
     let spilt = small.checked;
     assert!(
-        spilt.edge_runs > 10 && spilt.link_ranges > 1 && spilt.far_corners > 0,
+        spilt.edge_runs > 10
+            && spilt.link_ranges > 1
+            && spilt.corner_ranges > spilt.link_ranges
+            && spilt.far_corners > 0,
         "{spilt:?}"
     );
     let held = ample.checked;
-    assert!(held.link_ranges == 1 && held.far_corners == 0, "{held:?}");
+    let ranges = (held.link_ranges, held.corner_ranges);
+    assert!(ranges == (1, 1) && held.far_corners == 0, "{held:?}");
     // A triangle under the label of another component, and one opposite far away.
     let stray = parts.label.iter().rposition(|&l| l == 40).unwrap();
     parts.label[stray] = 0;

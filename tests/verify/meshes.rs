@@ -58,6 +58,47 @@ pub fn two_on_an_edge() -> Soup {
     soup(&v, &g)
 }
 
+/// Two tetrahedra that share the vertex 0.
+pub fn two_at_a_vertex() -> Soup {
+    let mut soup = beside(&tetra(), &tetra(), [0.; 3]);
+    for v in soup.v.iter_mut().flatten().filter(|v| **v >= 4) {
+        *v = if *v == 4 { 0 } else { *v - 1 };
+    }
+    soup.n = 7;
+    let g = TETRA_G[1..].iter().map(|p| p.map(|x| -x));
+    soup.g = Some(TETRA_G.iter().copied().chain(g).collect());
+    soup
+}
+
+/// A tetrahedron whose triangles are there twice.
+pub fn doubled() -> Soup {
+    Soup {
+        v: [TETRA, TETRA].concat(),
+        ..tetra()
+    }
+}
+
+/// A disk of `n` triangles around the vertex 0.
+pub fn wheel(n: u64) -> Soup {
+    let v: Vec<[u64; 3]> = (0..n).map(|i| [0, 1 + i, 1 + (i + 1) % n]).collect();
+    let mut g = vec![[0.; 3]];
+    g.extend((0..n).map(|i| {
+        let angle = TAU * i as f64 / n as f64;
+        [angle.cos(), angle.sin(), 0.].map(single)
+    }));
+    soup(&v, &g)
+}
+
+/// `n` triangles on one edge, then the same ones in reverse, then the tips of pairs joined.
+pub fn book(n: u64) -> Soup {
+    let mut v: Vec<[u64; 3]> = (0..n).map(|i| [0, 1, 2 + i]).collect();
+    v.extend((0..n).rev().map(|i| [2 + i, 1, 0]));
+    v.extend((0..n - 1).step_by(2).map(|i| [0, 2 + i, 3 + i]));
+    let mut g = vec![[0., 0., 0.], [0., 0., 1.]];
+    g.extend((0..n).map(|i| [f64::from(i as u32 % 997), f64::from(i as u32 / 997), 0.5]));
+    soup(&v, &g)
+}
+
 /// A strip of `n` quads that closes with a half twist.
 pub fn moebius(n: u64) -> Soup {
     let mut v = Vec::new();
@@ -200,10 +241,6 @@ pub fn all() -> Vec<(&'static str, Soup)> {
     bare.n = 9;
     let mut flat = tetra();
     flat.g = Some(vec![[1., 2., 3.]; 4]);
-    let doubled = Soup {
-        v: [TETRA, TETRA].concat(),
-        ..tetra()
-    };
     vec![
         ("nothing", soup(&[], &[])),
         ("points only", soup(&[], &TETRA_G)),
@@ -232,7 +269,10 @@ pub fn all() -> Vec<(&'static str, Soup)> {
         ("fan of nine", fan(9)),
         ("not finite", nonfinite),
         ("flat", flip(flat, |t| t == 2)),
-        ("doubled", doubled),
+        ("doubled", doubled()),
+        ("two at a vertex", two_at_a_vertex()),
+        ("wheel", wheel(70)),
+        ("book", book(6)),
         ("torus", torus(5, 4)),
         ("torus, turned", flip(torus(6, 9), |t| t % 7 < 3)),
         ("nested", beside(&tetra(), &inner(0.25), [0.1, 0.1, 0.1])),

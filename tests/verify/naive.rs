@@ -1,12 +1,13 @@
 //! A mesh folder written as naively as possible, all in memory: what `verify` must accept,
 //! in parts that a test can change before they are sealed.
 
+use crate::shapes::{Measured, measured};
 use bytemuck::Zeroable;
 use cornermill::folder::{
     self, BLOCK, ComponentRow, Counts, EdgeRow, FileEntry, InputEntry, Manifest, Options, Orient,
     npy,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -35,13 +36,15 @@ pub struct Parts {
     pub corners: Vec<u64>,
     pub degenerate: Vec<u64>,
     pub counts: Counts,
+    /// None for a folder without measures.
+    pub measured: Option<Measured>,
     pub orient: Orient,
     pub wide: bool,
     pub wide_g: bool,
 }
 
 /// Corners by the edge that they face; the flag says that the corner goes upward along it.
-type Edges = BTreeMap<(u64, u64), Vec<(u64, bool)>>;
+pub type Edges = BTreeMap<(u64, u64), Vec<(u64, bool)>>;
 
 fn edges_of(v: &[[u64; 3]]) -> Edges {
     let mut edges = Edges::new();
@@ -58,7 +61,7 @@ fn edges_of(v: &[[u64; 3]]) -> Edges {
     edges
 }
 
-fn is_degenerate(v: &[u64; 3]) -> bool {
+pub fn is_degenerate(v: &[u64; 3]) -> bool {
     v[0] == v[1] || v[1] == v[2] || v[2] == v[0]
 }
 
@@ -261,11 +264,13 @@ pub fn parts(soup: &Soup, orient: Orient) -> Parts {
         corners,
         degenerate,
         counts: Counts::default(),
+        measured: None,
         orient,
         wide: false,
         wide_g: false,
     };
     parts.counts = counts(soup, &parts, &edges);
+    parts.measured = Some(measured(soup, &parts, &edges));
     parts
 }
 
@@ -341,11 +346,7 @@ fn counts(soup: &Soup, parts: &Parts, edges: &Edges) -> Counts {
     let rows = |which: fn(&ComponentRow) -> bool| {
         parts.rows.iter().filter(|row| which(row)).count() as u64
     };
-    let mut used = vec![false; soup.n as usize];
-    soup.v
-        .iter()
-        .flatten()
-        .for_each(|&v| used[v as usize] = true);
+    let used: BTreeSet<u64> = soup.v.iter().flatten().copied().collect();
     let infinite = |p: &&[f64; 3]| p.iter().any(|x| !x.is_finite());
     let mut joined: Vec<u64> = (0..parts.rows.len() as u64).collect();
     for corners in edges.values() {
@@ -363,7 +364,7 @@ fn counts(soup: &Soup, parts: &Parts, edges: &Edges) -> Counts {
     Counts {
         triangles: soup.v.len() as u64,
         vertices: soup.n,
-        unreferenced_vertices: used.iter().filter(|u| !**u).count() as u64,
+        unreferenced_vertices: soup.n - used.len() as u64,
         nonfinite_vertices: soup.g.iter().flatten().filter(infinite).count() as u64,
         degenerate: parts.degenerate.len() as u64,
         distinct_edges: edges.len() as u64,
@@ -432,9 +433,9 @@ impl Parts {
         put(folder::COMPONENT, index, vec![t], self.ids(&self.label));
         let bits = self.flipped.len() as u64;
         put(folder::FLIPPED, "|u1", vec![bits], self.flipped.clone());
-        let rows = bytemuck::cast_slice(&self.rows).to_vec();
+        let descr = folder::row_type(self.measured.is_some()).0;
         let n = self.rows.len() as u64;
-        put(folder::COMPONENTS, folder::COMPONENT_DESCR, vec![n], rows);
+        put(folder::COMPONENTS, descr, vec![n], self.table());
         let rows = bytemuck::cast_slice(&self.edges).to_vec();
         let n = self.edges.len() as u64;
         put(folder::NONMANIFOLD_EDGES, folder::EDGE_DESCR, vec![n], rows);
@@ -448,6 +449,14 @@ impl Parts {
             vec![n],
             self.ids(&self.degenerate),
         );
+        if let Some(measured) = &self.measured {
+            for (name, list) in [
+                (folder::NONMANIFOLD_VERTICES, &measured.vertices),
+                (folder::DUPLICATE, &measured.duplicate),
+            ] {
+                put(name, index, vec![list.len() as u64], self.ids(list));
+            }
+        }
         let mut manifest = Manifest {
             format: folder::FORMAT.into(),
             version: folder::VERSION,
@@ -462,7 +471,7 @@ impl Parts {
                 weld: false,
             },
             counts: self.counts.clone(),
-            measures: None,
+            measures: self.measured.as_ref().map(|m| m.whole.clone()),
             input: InputEntry {
                 format: "raw".into(),
                 files: Vec::new(),

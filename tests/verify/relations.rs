@@ -209,11 +209,14 @@ fn notices_any_single_change() {
             id if id + 1 == most => NONE,
             id => id,
         };
+        let measured = parts.measured.as_mut().unwrap();
         let arrays = [
             &mut parts.o,
             &mut parts.label,
             &mut parts.degenerate,
             &mut parts.corners,
+            &mut measured.vertices,
+            &mut measured.duplicate,
         ];
         let mut arrays: Vec<_> = arrays.into_iter().filter(|a| !a.is_empty()).collect();
         let which = random(arrays.len() as u64) as usize;

@@ -8,17 +8,24 @@
 //! twice that for wide ids. I/O: none.
 
 use super::super::records::EdgeCorner;
+use super::super::stars::spill::{Block, Spiller};
+use super::deal::VertexBits;
 use super::records::{Called, Dealt, Lone};
 use crate::chunk::ids::{LocalIds, TABLE_BYTES};
 use crate::chunk::pair::Pairs;
+use crate::chunk::star::{Settled, StarCount, Stars};
 use crate::chunk::swirl::{Local, Swirl};
 use crate::corner::Index;
+use crate::error::Result;
 
 /// Bytes for each triangle: record, ids, local ids and their table, lists, opposites, labels,
 /// stack, local components and their names.
-pub const TRIANGLE_BYTES: u64 = 16 + 12 + 12 + TABLE_BYTES + 1 + 24 + 12 + 12 + 8 + 20 + 16;
+pub const TRIANGLE_BYTES: u64 =
+    16 + 12 + 12 + TABLE_BYTES + 1 + 24 + 12 + 12 + 8 + 20 + 16 + STAR_BYTES;
+/// Bytes for the star of each triangle: flags and heads of three vertices, at worst, and the rest.
+const STAR_BYTES: u64 = 3 * (1 + Stars::VERTEX_BYTES) + Stars::TRIANGLE_BYTES;
 /// Bytes for each lone edge: record, ids, local ids and their table, list, opposite.
-pub const LONE_BYTES: u64 = 12 + 8 + 8 + TABLE_BYTES + 8 + 8 + 4;
+pub const LONE_BYTES: u64 = 12 + 8 + 8 + TABLE_BYTES + 8 + 8 + 4 + 2 * (1 + Stars::VERTEX_BYTES);
 
 /// Bytes of a cell, without measuring.
 pub fn cell_bytes<W: Index>(triangles: u64, lone: u64) -> u64 {
@@ -82,6 +89,7 @@ pub struct Cell<W> {
     v: Vec<W>,
     aside: Vec<u8>,
     named: Vec<Named>,
+    open: Vec<bool>,
 }
 
 impl<W> Default for Cell<W> {
@@ -95,6 +103,7 @@ impl<W> Default for Cell<W> {
             v: Vec::new(),
             aside: Vec::new(),
             named: Vec::new(),
+            open: Vec::new(),
         }
     }
 }
@@ -132,6 +141,30 @@ impl<W: Index> Cell<W> {
                 };
             }
         }
+    }
+
+    /// Finds the stars of the cell, in which all triangles lie at the vertices that are not `open`;
+    /// gives what its local components count.
+    ///
+    /// # Errors
+    /// Those of the spiller.
+    pub fn stars<'s>(
+        &mut self,
+        stars: &'s mut Spiller<'_, W>,
+        open: &VertexBits,
+    ) -> Result<&'s [StarCount]> {
+        let mut flags = std::mem::take(&mut self.open);
+        flags.clear();
+        let ids = &self.ids;
+        flags.extend((0..ids.span() as u32).map(|local| open.get(ids.global(local))));
+        self.open = flags;
+        let settled = Settled {
+            local: self.corners(),
+            span: self.ids.span(),
+            label: &self.swirl.label,
+            open: &self.open,
+        };
+        stars.settle(&settled, &self.pairs, self.swirl.components.len(), &*self)
     }
 
     /// Local ids of the triangles' corners.
@@ -178,6 +211,23 @@ impl<W: Index> Cell<W> {
             let lone = &self.lone[corner as usize - 3 * self.triangles.len()];
             edge_corner(lone.edge(), (t, k), Called::itself(t))
         }
+    }
+}
+
+impl<W: Index> Block for Cell<W> {
+    #[inline]
+    fn corner(&self, corner: u32) -> (u64, usize) {
+        (self.triangles[corner as usize / 3].t(), corner as usize % 3)
+    }
+
+    #[inline]
+    fn vertex(&self, local: u32) -> u64 {
+        self.ids.global(local)
+    }
+
+    #[inline]
+    fn called(&self, triangle: u32) -> u64 {
+        Cell::called(self, triangle as usize).name
     }
 }
 

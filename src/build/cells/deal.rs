@@ -6,7 +6,8 @@
 //! vertex; where that is another cell, the edge alone goes there too. Where cells are patches of
 //! surface, few triangles are parted so.
 //!
-//! Memory: the map; bits for the vertices that occur (N/8 bytes); writers and a piece of V a
+//! Memory: the map; bits for the vertices that occur (N/8 bytes), and for those whose triangles lie in
+//! several cells (N/8, held until cells are settled); writers and a piece of V a
 //! thread. I/O: V read once; 4 words a triangle written, 3 more for each edge that goes alone.
 
 use super::super::Job;
@@ -16,6 +17,7 @@ use super::map::CellMap;
 use super::records::{Dealt, Lone};
 use super::{CellPlan, Window};
 use crate::corner::{Index, next_k, prev_k};
+use crate::disk::{Budget, Lease};
 use crate::error::Result;
 use crate::shuffle::{Buckets, Shuffle, Writer};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -30,24 +32,44 @@ pub struct Hands<W: Index> {
     pub degenerate: Vec<u64>,
     /// Vertices that no triangle names.
     pub unreferenced: u64,
+    /// Vertices of triangles that lie in smaller cells than their own, when stars are wanted. All
+    /// triangles at any other vertex lie in its cell.
+    pub open: Option<VertexBits>,
 }
 
 /// One bit a vertex, set by any thread.
-struct Occurs(Vec<AtomicU64>);
+pub struct VertexBits {
+    words: Vec<AtomicU64>,
+    _lease: Lease,
+}
 
-impl Occurs {
+impl VertexBits {
+    fn new(budget: &Budget, what: &str, vertices: u64) -> Result<VertexBits> {
+        let words = vertices.div_ceil(64);
+        Ok(VertexBits {
+            _lease: budget.lease(what, words * 8)?,
+            words: (0..words).map(|_| AtomicU64::new(0)).collect(),
+        })
+    }
+
     #[inline]
     fn mark(&self, v: u64) {
-        let (word, bit) = (&self.0[(v / 64) as usize], 1 << (v % 64));
+        let (word, bit) = (&self.words[(v / 64) as usize], 1 << (v % 64));
         // Most were marked before, and a look is cheaper than a write.
         if word.load(Ordering::Relaxed) & bit == 0 {
             word.fetch_or(bit, Ordering::Relaxed);
         }
     }
 
+    /// The bit of a vertex.
+    #[inline]
+    pub fn get(&self, v: u64) -> bool {
+        self.words[(v / 64) as usize].load(Ordering::Relaxed) >> (v % 64) & 1 == 1
+    }
+
     fn count(&self) -> u64 {
         let ones = |w: &AtomicU64| u64::from(w.load(Ordering::Relaxed).count_ones());
-        self.0.iter().map(ones).sum()
+        self.words.iter().map(ones).sum()
     }
 }
 
@@ -66,8 +88,12 @@ pub fn deal<I: Index, W: Index>(
     let keys = 0..map.cells;
     let triangles = Shuffle::<Dealt<W>>::new(ws, "triangles by cell", keys.clone(), plan.dealt)?;
     let lone = Shuffle::<Lone<W>>::new(ws, "edges by cell", keys, plan.lone)?;
-    let _bits = ws.budget.lease("marks of vertices", n.div_ceil(64) * 8)?;
-    let occurs = Occurs((0..n.div_ceil(64)).map(|_| AtomicU64::new(0)).collect());
+    let open = job
+        .shape
+        .measures
+        .then(|| VertexBits::new(&ws.budget, "open vertices", n))
+        .transpose()?;
+    let occurs = VertexBits::new(&ws.budget, "marks of vertices", n)?;
     let threads = ws.workers.count() as u64;
     let reading = threads * plan.step * TriangleReader::<I>::BYTES;
     let _lease = ws.budget.lease("triangles to deal", reading)?;
@@ -78,6 +104,7 @@ pub fn deal<I: Index, W: Index>(
             let dealer = Dealer {
                 map,
                 occurs: &occurs,
+                open: open.as_ref(),
                 triangles: triangles.writer()?,
                 lone: lone.writer()?,
             };
@@ -107,13 +134,15 @@ pub fn deal<I: Index, W: Index>(
         lone: lone.finish()?,
         degenerate: degenerate.into_iter().map(AtomicU64::into_inner).collect(),
         unreferenced: n - occurs.count(),
+        open,
     })
 }
 
 /// One thread's hands.
 struct Dealer<'a, W: Index> {
     map: &'a CellMap,
-    occurs: &'a Occurs,
+    occurs: &'a VertexBits,
+    open: Option<&'a VertexBits>,
     triangles: Writer<'a, Dealt<W>>,
     lone: Writer<'a, Lone<W>>,
 }
@@ -135,6 +164,10 @@ impl<W: Index> Dealer<'_, W> {
         // Only cells matter here: vertices of one cell are settled together anyway.
         let k = (0..3).min_by_key(|&k| cells[k]).unwrap_or(0);
         let (n, p) = (next_k(k), prev_k(k));
+        if let Some(open) = self.open {
+            let larger = (0..3).filter(|&other| cells[other] > cells[k]);
+            larger.for_each(|other| open.mark(v[other]));
+        }
         let middle = cells[n].min(cells[p]);
         let parted = middle != cells[k];
         let aside = if parted { k as u8 + 1 } else { 0 };

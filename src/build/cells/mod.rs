@@ -95,6 +95,8 @@ fn window_bytes(word: u64) -> u64 {
 pub struct CellPlan {
     /// Cells that are wanted; a map may have fewer.
     pub cells: u64,
+    /// Triangles of which an edge goes alone, about.
+    pub alone: u64,
     /// Triangles that are dealt at a time.
     pub step: u64,
     /// The shuffle of triangles to cells.
@@ -147,6 +149,7 @@ impl CellPlan {
         };
         CellPlan {
             cells: cells as u64,
+            alone,
             step: STEP.min((share / 64).max(64)),
             dealt: same(dealt),
             lone: same(lone),
@@ -170,7 +173,8 @@ impl CellPlan {
         } else {
             0
         };
-        let writers = self.replies.writer_bytes() + self.patches.writer_bytes() + 2 * plan.writer;
+        let writers =
+            self.replies.writer_bytes() + self.patches.writer_bytes() + shape.writer_bytes(plan);
         let free = memory.saturating_sub(Self::held(shape) + whole) / 8 * 7;
         let share = (free / shape.threads).saturating_sub(writers + settle::APPENDED);
         let cell = shape.triangles / self.cells + 1;
@@ -179,6 +183,12 @@ impl CellPlan {
         let bytes = cell::TRIANGLE_BYTES + cell::LONE_BYTES / alone;
         let window = self.window_bytes(shape);
         2 * cell * bytes * shape.record() / 4 <= share && window <= memory / 4 / shape.threads
+    }
+
+    /// Parts of fans that are expected of so many triangles: about two at each vertex of those that
+    /// are parted.
+    pub fn parts(&self, triangles: u64) -> u64 {
+        (4 * self.alone).min(3 * triangles)
     }
 
     /// Bytes that a thread holds to assemble a window.
@@ -237,6 +247,7 @@ mod tests {
                 index: 4,
                 coord: 4,
                 threads: 2,
+                measures: true,
             };
             assert_eq!(shape.record(), bytes);
             let plan = CellPlan::new(&shape, 2 << 30, true, None);

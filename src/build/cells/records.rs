@@ -223,6 +223,10 @@ pub struct NodeCount {
     pub borders: u32,
     /// 1 when its edges contradict each other in parity.
     pub conflict: u32,
+    /// Fans that are rings.
+    pub rings: u32,
+    /// Loops of corners without opposite.
+    pub loops: u32,
 }
 
 /// What a cell measured of one of its local components, oriented like its first triangle.

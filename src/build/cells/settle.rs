@@ -14,12 +14,13 @@
 //!
 //! Memory: a share, four writers and five blocks a thread; the marks of names. I/O: what was dealt
 //! is read once; 5 words a triangle written, 2 for each opposite across cells and for each link;
-//! 24 bytes a local component, and 112 where it was measured.
+//! 32 bytes a local component, and 112 where it was measured.
 
 use super::super::Job;
 use super::super::appender::{Appender, BLOCK};
 use super::super::chunks::Settled;
 use super::super::records::{EdgeCorner, Link, MeasureRecord, Patch};
+use super::super::stars::spill::{Spilled, Spiller};
 use super::cell::{Cell, Kept, cell_bytes, edge_corner};
 use super::deal::Hands;
 use super::names::Marks;
@@ -28,6 +29,7 @@ use super::records::{Called, Dealt, Lone, NodeCount, NodeMeasure, Reply, Unmeasu
 use crate::chunk::grid::Grid;
 use crate::chunk::measure::{Coord, Measure, Measurer};
 use crate::chunk::pair::{BORDER, SPECIAL};
+use crate::chunk::star::StarCount;
 use crate::corner::Index;
 use crate::disk::ScratchFile;
 use crate::error::{Error, Result};
@@ -57,6 +59,8 @@ pub struct Sinks<'a, W: Index> {
     pub measures: &'a ScratchFile,
     /// [`Unmeasured`] triangles.
     pub unmeasured: &'a ScratchFile,
+    /// What is left of vertex stars, when they are wanted.
+    pub stars: Option<&'a Spilled<W>>,
 }
 
 /// Bytes that a thread holds for what it appends, and for a cell that passes by.
@@ -102,7 +106,7 @@ pub fn settle<W: Index, X: Coord>(
                 thread.cell.settle();
                 thread.settled.add(&thread.cell.pairs);
                 thread.measure(cell, grid, room)?;
-                thread.out.answer(&thread.cell)?;
+                thread.answer(hands)?;
             } else {
                 thread.pass_on(hands, cell)?;
             }
@@ -131,6 +135,7 @@ struct Thread<'a, W: Index, X> {
     kept: Kept,
     places: &'a Places<X>,
     settled: Settled,
+    stars: Option<Spiller<'a, W>>,
     out: Out<'a, W>,
 }
 
@@ -158,6 +163,7 @@ impl<'a, W: Index, X: Coord> Thread<'a, W, X> {
             kept: Kept::default(),
             places,
             settled: Settled::default(),
+            stars: sinks.stars.map(Spilled::spiller).transpose()?,
             out: Out {
                 names: sinks.names,
                 replies: sinks.replies.writer()?,
@@ -226,9 +232,23 @@ impl<'a, W: Index, X: Coord> Thread<'a, W, X> {
         Ok(())
     }
 
+    /// Finds the stars of the settled cell, and answers its triangles and lone edges.
+    fn answer(&mut self, hands: &Hands<W>) -> Result<()> {
+        let counts = match (&mut self.stars, &hands.open) {
+            (Some(stars), Some(open)) => self.cell.stars(stars, open)?,
+            _ => &[],
+        };
+        self.out.answer(&self.cell, counts)
+    }
+
     /// Hands the edges of a cell that does not fit to the seam pass.
     fn pass_on(&mut self, hands: &Hands<W>, cell: u64) -> Result<()> {
-        let Thread { out, settled, .. } = self;
+        let Thread {
+            out,
+            settled,
+            stars,
+            ..
+        } = self;
         let measured = self.positions.any();
         let mut block = vec![Dealt::<W>::zeroed(); PASSING];
         hands
@@ -237,6 +257,9 @@ impl<'a, W: Index, X: Coord> Thread<'a, W, X> {
                 for triangle in triangles {
                     settled.spilled += 3 - u64::from(triangle.aside() != 0);
                     out.pass_on(triangle, measured)?;
+                    if let Some(stars) = stars {
+                        stars.alone(triangle.t(), triangle.v().map(Index::wide))?;
+                    }
                 }
                 Ok(())
             })?;
@@ -253,6 +276,7 @@ impl<'a, W: Index, X: Coord> Thread<'a, W, X> {
 
     fn finish(self) -> Result<Settled> {
         self.out.finish()?;
+        self.stars.map_or(Ok(()), Spiller::finish)?;
         Ok(self.settled)
     }
 }
@@ -261,9 +285,11 @@ impl<'a, W: Index, X: Coord> Thread<'a, W, X> {
 const MEASURE_BYTES: u64 = (size_of::<Measure>() + size_of::<i128>()) as u64;
 
 impl<W: Index> Out<'_, W> {
-    /// Answers all triangles and lone edges of a settled cell.
-    fn answer(&mut self, cell: &Cell<W>) -> Result<()> {
-        for (local, name, flip) in cell.named() {
+    /// Answers all triangles and lone edges of a settled cell, of whose local components `stars`
+    /// are the counts, if any.
+    fn answer(&mut self, cell: &Cell<W>, stars: &[StarCount]) -> Result<()> {
+        for (i, (local, name, flip)) in cell.named().enumerate() {
+            let star = stars.get(i).copied().unwrap_or_default();
             self.names.mark(name);
             self.counts.push(NodeCount {
                 name,
@@ -275,6 +301,8 @@ impl<W: Index> Out<'_, W> {
                 },
                 borders: local.borders,
                 conflict: u32::from(local.conflict),
+                rings: star.rings,
+                loops: star.loops,
             })?;
         }
         (0..cell.triangles.len()).try_for_each(|i| self.answer_triangle(cell, i))?;
@@ -355,6 +383,8 @@ impl<W: Index> Out<'_, W> {
             flipped: 0,
             borders: 0,
             conflict: 0,
+            rings: 0,
+            loops: 0,
         })?;
         if measured {
             self.unmeasured.push(Unmeasured::new(triangle, called))?;

@@ -70,6 +70,8 @@ impl<W: Index> Sums<'_, W> {
             sums.triangles += u64::from(triangles);
             sums.flipped += u64::from(if flip { triangles - flipped } else { flipped });
             sums.borders += u64::from(node.borders);
+            sums.rings += u64::from(node.rings);
+            sums.loops += u64::from(node.loops);
             Ok(())
         })?;
         self.each(

@@ -2,7 +2,7 @@
 //! agree, and which sets cannot. Knows no triangles.
 //!
 //! [`forest`] joins them in memory; [`contract`] does in any memory what `carry` then carries
-//! back. Both give [`labels`]: sets numbered by their smallest nodes.
+//! back. Both give [`labels`]: sets numbered by their smallest nodes. [`sets`] chooses.
 
 pub mod bits;
 mod carry;
@@ -10,6 +10,7 @@ pub mod contract;
 pub mod forest;
 pub mod labels;
 mod records;
+pub mod sets;
 mod stop;
 #[cfg(test)]
 mod tests;

@@ -1,0 +1,104 @@
+//! A file that appears under its name when it is complete.
+//!
+//! Why nothing half-written is left under the name: all is written to a temporary file beside
+//! it, which is synced and renamed at the end, and gone when dropped before.
+//!
+//! Memory: none that grows. I/O: what its owner writes.
+
+use super::{Counters, DataFile};
+use crate::error::{Error, Result};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use tempfile::NamedTempFile;
+
+/// A file under a temporary name beside its target; gone when dropped before it is kept.
+#[derive(Debug)]
+pub struct Target {
+    temp: NamedTempFile,
+    path: PathBuf,
+    force: bool,
+}
+
+impl Target {
+    /// A new temporary file in the folder of the target, which must lie outside of `source`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when the target exists and may not be replaced (`force`), or lies in
+    /// `source`; [`Error::Io`].
+    pub fn create(source: &Path, path: &Path, force: bool) -> Result<Target> {
+        if !force && path.symlink_metadata().is_ok() {
+            return Err(exists(path));
+        }
+        let dir = match path.parent() {
+            Some(dir) if !dir.as_os_str().is_empty() => dir,
+            _ => Path::new("."),
+        };
+        if let (Ok(dir), Ok(source)) = (dir.canonicalize(), source.canonicalize())
+            && dir.starts_with(&source)
+        {
+            return Err(Error::Usage(format!(
+                "{}: lies in the mesh folder itself, whose files are not to be changed; \
+                 give a name outside of it",
+                path.display()
+            )));
+        }
+        // A plain new file's permissions (less the umask), not a private temporary one's.
+        let temp = tempfile::Builder::new()
+            .prefix(".cornermill-")
+            .suffix(".tmp")
+            .permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666))
+            .tempfile_in(dir)
+            .map_err(|e| Error::io(dir, "create a file there", e))?;
+        Ok(Target {
+            temp,
+            path: path.to_owned(),
+            force,
+        })
+    }
+
+    /// Where the file will be.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The file, to be written at offsets by many.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn data(&self, io: &Arc<Counters>) -> Result<DataFile> {
+        DataFile::open_rw(self.temp.path(), io)
+    }
+
+    /// The file, to write to.
+    pub fn file(&mut self) -> &mut std::fs::File {
+        self.temp.as_file_mut()
+    }
+
+    /// Syncs the file and gives it its name.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when a file of that name has appeared meanwhile; [`Error::Io`].
+    pub fn keep(self) -> Result<PathBuf> {
+        let Target { temp, path, force } = self;
+        temp.as_file()
+            .sync_all()
+            .map_err(|e| Error::io(&path, "sync it to the device", e))?;
+        let kept = if force {
+            temp.persist(&path)
+        } else {
+            temp.persist_noclobber(&path)
+        };
+        match kept {
+            Ok(_) => Ok(path),
+            Err(e) if e.error.kind() == std::io::ErrorKind::AlreadyExists => Err(exists(&path)),
+            Err(e) => Err(Error::io(&path, "give the finished file its name", e.error)),
+        }
+    }
+}
+
+fn exists(path: &Path) -> Error {
+    Error::Usage(format!(
+        "{}: exists; give --force to replace it, or another name",
+        path.display()
+    ))
+}
