@@ -50,7 +50,7 @@ struct PrecisionArgs {
 enum LevelArg {
     /// One context a bit
     Fast,
-    /// Several contexts a bit, mixed: some percent smaller, and two to four times slower
+    /// Several contexts a bit, mixed: some percent smaller, and about half as fast
     Strong,
 }
 

@@ -13,9 +13,9 @@
 //! ```
 //!
 //! 1. [`spill`]: what chunks and cells hand out ([`star`](crate::chunk::star) finds it).
-//! 2. [`gather`]: joins the parts of each vertex ([`group`]); a vertex with more parts than memory
-//!    holds goes to [`hubs`].
-//! 3. [`loops`]: joins open fans end to end.
+//! 2. [`gather`](mod@gather): joins the parts of each vertex ([`group`]); a vertex with more parts than memory
+//!    holds goes to [`hubs`](mod@hubs).
+//! 3. [`loops`](mod@loops): joins open fans end to end.
 //! 4. [`duplicates`]: compares triangles whose edges do not tell.
 //! 5. [`shared`]: once components are known, which of them meet at a vertex.
 //!

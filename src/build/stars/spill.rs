@@ -1,6 +1,6 @@
 //! What chunks and cells hand out of their stars.
 //!
-//! Why it works: see [`star`](crate::chunk::star). A chunk's vertices are open when they are seam
+//! Why it works: see [`star`]. A chunk's vertices are open when they are seam
 //! vertices, a cell's when a triangle at them lies in a smaller cell; either way all corners of
 //! a vertex that is open anywhere are handed out by everyone who has some.
 //!
