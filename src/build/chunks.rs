@@ -13,6 +13,7 @@
 
 use super::Job;
 use super::arrays::{CoordReader, OutArray, TriangleReader, bad_index};
+use super::chunk_rows::{Rows, pack_flips};
 use super::records::{EdgeCorner, LocalCount, MeasureRecord};
 use super::scan::Seams;
 use super::scratch_items;
@@ -21,10 +22,10 @@ use super::whole::Whole;
 use crate::chunk::grid::Grid;
 use crate::chunk::ids::{LocalIds, NARROW_SPAN};
 use crate::chunk::measure::{Coord, Measure, Measurer};
-use crate::chunk::pair::{Pairs, SPECIAL};
+use crate::chunk::pair::Pairs;
 use crate::chunk::star::{self, StarCount};
-use crate::chunk::swirl::{NO_COMPONENT, Swirl};
-use crate::corner::{Index, flip_k, next_k, prev_k};
+use crate::chunk::swirl::Swirl;
+use crate::corner::{Index, next_k, prev_k};
 use crate::disk::{Lease, ScratchFile, Workspace};
 use crate::error::Result;
 use crate::shuffle::{Shuffle, Writer};
@@ -291,7 +292,8 @@ impl<'a, I: Index, W: Index, X: Coord> Thread<'a, I, W, X> {
         self.kernels.run(v, seams, job, first)?;
         let rows = Rows {
             v,
-            kernels: &self.kernels,
+            opposite: &self.kernels.pairs.opposite,
+            label: &self.kernels.swirl.label,
             first,
             apply: job.applies_flips() && self.kernels.swirl.any_flip(),
         };
@@ -497,89 +499,4 @@ impl Block for Settling<'_> {
     fn called(&self, triangle: u32) -> u64 {
         u64::from(self.kernels.swirl.label[triangle as usize] >> 1)
     }
-}
-
-/// A settled chunk, about to be written.
-struct Rows<'a, I> {
-    v: &'a [I],
-    kernels: &'a Kernels,
-    first: u64,
-    /// True when flips are applied.
-    apply: bool,
-}
-
-impl<I: Index> Rows<'_, I> {
-    fn write_v(&self, to: &OutArray, out: &mut Vec<I>) -> Result<()> {
-        if !self.apply {
-            return to.write(3 * self.first, self.v);
-        }
-        flip_rows(self.v, &self.kernels.swirl.label, out);
-        to.write(3 * self.first, out)
-    }
-
-    fn write_o(&self, to: &OutArray, out: &mut Vec<I>) -> Result<()> {
-        let (opposite, label) = (&self.kernels.pairs.opposite, &self.kernels.swirl.label);
-        opposites(opposite, label, 3 * self.first, self.apply, out);
-        to.write(3 * self.first, out)
-    }
-
-    fn write_labels(&self, to: &OutArray, out: &mut Vec<I>) -> Result<()> {
-        out.clear();
-        out.extend(self.kernels.swirl.label.iter().map(|&label| match label {
-            NO_COMPONENT => I::NONE,
-            label => I::of(u64::from(label >> 1)),
-        }));
-        to.write(self.first, out)
-    }
-}
-
-#[inline]
-fn flipped(label: u32) -> bool {
-    label != NO_COMPONENT && label & 1 == 1
-}
-
-/// V rows with the swirl's flips applied.
-fn flip_rows<I: Index>(v: &[I], label: &[u32], out: &mut Vec<I>) {
-    out.clear();
-    for (row, &label) in v.as_chunks::<3>().0.iter().zip(label) {
-        let [a, b, c] = *row;
-        out.extend(if flipped(label) { [a, c, b] } else { [a, b, c] });
-    }
-}
-
-/// O rows, flips applied when `apply`; corners whose opposite is not settled get NONE for now.
-fn opposites<I: Index>(opposite: &[u32], label: &[u32], base: u64, apply: bool, out: &mut Vec<I>) {
-    out.clear();
-    if !apply {
-        out.extend(opposite.iter().map(|&o| {
-            if o < SPECIAL {
-                I::of(base + u64::from(o >> 1))
-            } else {
-                I::NONE
-            }
-        }));
-        return;
-    }
-    for (row, &own) in opposite.as_chunks::<3>().0.iter().zip(label) {
-        let mut flat = row.map(|o| {
-            if o >= SPECIAL {
-                return I::NONE;
-            }
-            let (t, k) = ((o >> 1) / 3, (o >> 1) as usize % 3);
-            let k = flip_k(k, flipped(label[t as usize]));
-            I::of(base + 3 * u64::from(t) + k as u64)
-        });
-        if flipped(own) {
-            flat.swap(1, 2);
-        }
-        out.extend(flat);
-    }
-}
-
-fn pack_flips(label: &[u32], bits: &mut Vec<u8>) {
-    bits.clear();
-    bits.extend(label.chunks(8).map(|eight| {
-        let bit = |(i, &label): (usize, &u32)| u8::from(flipped(label)) << i;
-        eight.iter().enumerate().map(bit).fold(0, |a, b| a | b)
-    }));
 }

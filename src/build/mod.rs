@@ -16,6 +16,7 @@ pub mod appender;
 pub mod arrays;
 pub mod asked;
 pub mod cells;
+pub mod chunk_rows;
 pub mod chunks;
 pub mod components;
 pub mod coords;

@@ -5,10 +5,12 @@
 //!
 //! Memory: the caller's; each kernel's working set is stated with it, in bytes per triangle.
 
+mod chains;
 pub mod grid;
 pub mod ids;
 pub mod measure;
-
 pub mod pair;
 pub mod star;
+#[cfg(test)]
+mod star_tests;
 pub mod swirl;
