@@ -149,6 +149,11 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
     };
     let mut counts = settled.counts(job)?;
     let nodes = Nodes::ByName(&names);
+    let labels = nodes.count() * W::BYTES as u64 + nodes.count() / 2;
+    let windows = ws.workers.count() as u64 * plan.windows.bytes::<I, W>();
+    if labels + windows > ws.budget.free() / 8 * 7 {
+        return Ok(Err(Way::InOrder { whatever: true }));
+    }
     let stars = match settling.stars {
         Some(spilled) => {
             let left = spilled.finish()?;
@@ -159,11 +164,6 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
         }
         None => None,
     };
-    let labels = nodes.count() * W::BYTES as u64 + nodes.count() / 2;
-    let windows = ws.workers.count() as u64 * plan.windows.bytes::<I, W>();
-    if labels + windows > ws.budget.free() / 8 * 7 {
-        return Ok(Err(Way::InOrder { whatever: true }));
-    }
     let records = files.links.len() / (2 * W::BYTES as u64);
     let labels = clock.pass("stitch", "links", records, || {
         let linked = Linked {

@@ -23,7 +23,8 @@ use crate::error::Result;
 pub const TRIANGLE_BYTES: u64 =
     16 + 12 + 12 + TABLE_BYTES + 1 + 24 + 12 + 12 + 8 + 20 + 16 + STAR_BYTES;
 /// Bytes for the star of each triangle: flags and heads of three vertices, at worst, and the rest.
-const STAR_BYTES: u64 = 3 * (1 + Stars::VERTEX_BYTES) + Stars::TRIANGLE_BYTES;
+const STAR_BYTES: u64 =
+    3 * (1 + Stars::VERTEX_BYTES) + Stars::TRIANGLE_BYTES + size_of::<StarCount>() as u64;
 /// Bytes for each lone edge: record, ids, local ids and their table, list, opposite.
 pub const LONE_BYTES: u64 = 12 + 8 + 8 + TABLE_BYTES + 8 + 8 + 4 + 2 * (1 + Stars::VERTEX_BYTES);
 

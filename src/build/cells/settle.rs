@@ -188,6 +188,9 @@ impl<'a, W: Index, X: Coord> Thread<'a, W, X> {
             self.positions = Positions::new(self.places);
             self.measurer = Measurer::default();
             self.measures = Vec::new();
+            if let Some(stars) = &mut self.stars {
+                stars.shrink();
+            }
         }
         room
     }

@@ -158,6 +158,11 @@ impl<W: Index> Spiller<'_, W> {
         Ok(&self.stars.counts)
     }
 
+    /// Gives back the kernel's memory.
+    pub fn shrink(&mut self) {
+        self.stars = Stars::default();
+    }
+
     /// Hands out all of a triangle whose edges are not decided here; its local component is called
     /// by itself.
     ///
