@@ -173,8 +173,9 @@ impl CellPlan {
         } else {
             0
         };
-        let writers =
-            self.replies.writer_bytes() + self.patches.writer_bytes() + shape.writer_bytes(plan);
+        // Of what is left of stars only parts of fans are many.
+        let others = if shape.measures { 3 } else { 2 } * plan.writer;
+        let writers = self.replies.writer_bytes() + self.patches.writer_bytes() + others;
         let free = memory.saturating_sub(Self::held(shape) + whole) / 8 * 7;
         let share = (free / shape.threads).saturating_sub(writers + settle::APPENDED);
         let cell = shape.triangles / self.cells + 1;
