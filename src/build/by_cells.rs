@@ -16,10 +16,9 @@ use super::nodes::Nodes;
 use super::pipeline::{Built, Clock};
 use super::records::{EdgeCorner, Patch};
 use super::seams::{Seaming, seams};
-use super::stars::Starred;
 use super::stars::spill::Spilled;
 use super::stitch::{Linked, stitch};
-use super::tail::{Edges, Rows};
+use super::tail::{Edges, Rows, join_stars};
 use super::way::{Kind, Way};
 use super::whole::Whole;
 use super::{Job, SCRATCH_BLOCK, scratch_items};
@@ -154,16 +153,7 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
     if labels + windows > ws.budget.free() / 8 * 7 {
         return Ok(Err(Way::InOrder { whatever: true }));
     }
-    let stars = match settling.stars {
-        Some(spilled) => {
-            let left = spilled.finish()?;
-            let parts = left.parts.records();
-            Some(clock.pass("stars", "parts of fans", parts, || {
-                Starred::new(job, &nodes, left)
-            })?)
-        }
-        None => None,
-    };
+    let stars = join_stars(clock, job, &nodes, settling.stars, counts.degenerate)?;
     let records = files.links.len() / (2 * W::BYTES as u64);
     let labels = clock.pass("stitch", "links", records, || {
         let linked = Linked {
@@ -284,17 +274,12 @@ fn settle_all<W: Index, X: Coord>(
     };
     let threads = ws.workers.count() as u64;
     let parts = plan.parts(t);
-    let stars = match job.shape.measures {
-        true => Some(Spilled::new(job, parts)?),
-        false => None,
-    };
+    let stars = Spilled::wanted(job, parts)?;
     let writers = plan.replies.writer_bytes()
         + plan.patches.writer_bytes()
         + 2 * rare.writer_bytes()
         + APPENDED
-        + stars
-            .as_ref()
-            .map_or(0, |_| Spilled::<W>::thread_bytes(job, parts));
+        + stars.as_ref().map_or(0, Spilled::thread_bytes);
     // An eighth stays free for what the shuffles note of what they wrote.
     let free = ws.budget.free() / 8 * 7;
     let share = (free / threads).saturating_sub(writers);

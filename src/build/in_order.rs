@@ -9,10 +9,9 @@ use super::pipeline::{Built, Clock};
 use super::records::{EdgeCorner, Patch};
 use super::scan::scan;
 use super::seams::{Seaming, seams};
-use super::stars::Starred;
 use super::stars::spill::Spilled;
 use super::stitch::{Linked, stitch};
-use super::tail::{Edges, Rows};
+use super::tail::{Edges, Rows, join_stars};
 use super::way::Way;
 use crate::chunk::grid::{Bounds, Grid};
 use crate::chunk::measure::Coord;
@@ -47,10 +46,7 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
     let cuts = Shuffle::new(ws, "non-manifold corners", 0..n, plan)?;
     // A part on either side of a seam, at each of its vertices.
     let parts = (2 * seam_bits.count()).min(3 * t);
-    let spilled_stars = match job.shape.measures {
-        true => Some(Spilled::new(job, parts)?),
-        false => None,
-    };
+    let stars = Spilled::wanted(job, parts)?;
     let chunked = clock.pass("chunks", "triangles", t, || {
         let sinks = Sinks {
             edges: &edges,
@@ -58,7 +54,7 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
             v: &rows.v,
             o: &rows.o,
             component: &rows.component,
-            stars: spilled_stars.as_ref(),
+            stars: stars.as_ref(),
         };
         chunks::<I, W, X>(job, &seam_bits, &grid, &sinks)
     })?;
@@ -93,16 +89,7 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
         bounds,
     };
     let mut counts = settled.counts(job)?;
-    let stars = match spilled_stars {
-        Some(spilled) => {
-            let left = spilled.finish()?;
-            let parts = left.parts.records();
-            Some(clock.pass("stars", "parts of fans", parts, || {
-                Starred::new(job, &nodes, left)
-            })?)
-        }
-        None => None,
-    };
+    let stars = join_stars(clock, job, &nodes, stars, counts.degenerate)?;
     let records = links.len() / (2 * W::BYTES as u64);
     let labels = clock.pass("stitch", "links", records, || {
         let linked = Linked {

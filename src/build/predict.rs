@@ -9,7 +9,8 @@
 //!   names vertices far apart in G. One component, nothing to turn, no culprits.
 //! - **the worst order**: triangles and ids at random. Every corner is spilled, every triangle
 //!   is a local component, and coordinates come to the corners through two sorts. Still few
-//!   components: a mesh of millions of them sends their sums through scratch as well.
+//!   components, and no vertex of many thousand triangles: millions of components send their sums
+//!   through scratch as well, and parts of fans at such a vertex are sorted once more.
 //!
 //! Memory: none. I/O: none.
 

@@ -1,5 +1,5 @@
 //! What both ways share behind their first passes: the counts of edges with the laws that they
-//! must keep, and the arrays that they make.
+//! must keep, the stars, and the arrays that they make.
 //!
 //! Memory: none. I/O: the headers of the arrays.
 
@@ -7,7 +7,10 @@ use super::Job;
 use super::arrays::OutArray;
 use super::chunks::Settled;
 use super::finish::Tables;
-use super::pipeline::Built;
+use super::nodes::Nodes;
+use super::pipeline::{Built, Clock};
+use super::stars::Starred;
+use super::stars::spill::Spilled;
 use crate::chunk::grid::Bounds;
 use crate::corner::Index;
 use crate::error::{Error, Result};
@@ -67,6 +70,36 @@ impl Edges<'_> {
             ..Counts::default()
         })
     }
+}
+
+/// Joins what chunks or cells left of vertex stars, when they are wanted.
+///
+/// # Errors
+/// Those of the pass; [`Error::Internal`] when not every corner of a triangle that is not
+/// degenerate was counted at one vertex.
+pub fn join_stars<W: Index>(
+    clock: &mut Clock,
+    job: &Job,
+    nodes: &Nodes,
+    spilled: Option<Spilled<W>>,
+    degenerate: u64,
+) -> Result<Option<Starred<W>>> {
+    let Some(spilled) = spilled else {
+        return Ok(None);
+    };
+    let left = spilled.finish()?;
+    let parts = left.parts.records();
+    let stars = clock.pass("stars", "parts of fans", parts, || {
+        Starred::new(job, nodes, left)
+    })?;
+    let found = stars.valences.corners;
+    let expected = 3 * (job.shape.triangles - degenerate);
+    if found != expected {
+        return Err(Error::Internal(format!(
+            "the pass over stars counted {found} of {expected} corners"
+        )));
+    }
+    Ok(Some(stars))
 }
 
 /// The arrays by triangle.

@@ -4,7 +4,8 @@
 //! two corners at its ends. So the corners form paths and rings; a join inside one chain closes a
 //! ring, and a chain is named by its smallest corner, whatever the order of the joins.
 //!
-//! Memory: a bit for each corner, half a bit for its rank, 8 bytes for each corner without opposite.
+//! Memory: a bit for each corner, half a bit for its rank, at most 12 bytes for each corner without
+//! opposite (their list grows by doubling).
 
 /// The corners without opposite, joined.
 #[derive(Debug, Default)]

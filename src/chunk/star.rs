@@ -21,7 +21,7 @@
 //! twins have the same vertex, so one regular edge tells, and a border tells that there is none;
 //! triangles without either are candidates that must be compared elsewhere.
 //!
-//! Memory: 8 bytes for each local vertex, two for each triangle, 8 for each corner without
+//! Memory: 8 bytes for each local vertex, two for each triangle, at most 12 for each corner without
 //! opposite. O(C) time.
 
 use super::chains::Chains;
@@ -146,7 +146,7 @@ impl Stars {
     /// Bytes for each local vertex.
     pub const VERTEX_BYTES: u64 = 8;
     /// Bytes for each triangle, at most.
-    pub const TRIANGLE_BYTES: u64 = 3 * 8 + 2;
+    pub const TRIANGLE_BYTES: u64 = 3 * 12 + 2;
 
     /// Finds the stars of a chunk or cell of `components` local components.
     ///

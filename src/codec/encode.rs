@@ -18,11 +18,11 @@ use super::deal::{Deal, Dealt, deal};
 use super::file::{Entry, Head, MOST_TRIANGLES, ending};
 use super::gather::Gather;
 use super::grid::{Grid, Precision};
-use super::out::{Out, exists};
+use super::out::Out;
 use super::seam::{self, Span, Use};
 use crate::chunk::ids::LocalIds;
 use crate::corner::Index;
-use crate::disk::{DataFile, Workers, Workspace};
+use crate::disk::{DataFile, Target, Workers, Workspace};
 use crate::error::{Error, Result};
 use crate::folder::{self, Folder};
 use crate::shuffle::{Shuffle, Writer};
@@ -88,19 +88,17 @@ pub struct EncodeCount {
 /// Encodes a folder.
 ///
 /// # Errors
-/// [`Error::Usage`] when the target exists, or precision and coordinates do not go together;
+/// [`Error::Usage`] when the target exists or lies in the folder, or precision and coordinates do not go together;
 /// [`Error::Input`] for a damaged folder; [`Error::Budget`], [`Error::Io`], [`Error::DiskLimit`].
 pub fn encode(ws: &Workspace, folder: &Folder, request: &EncodeRequest) -> Result<EncodeCount> {
-    if !request.force && request.target.symlink_metadata().is_ok() {
-        return Err(exists(&request.target));
-    }
+    let target = Target::create(folder.path(), &request.target, request.force)?;
     let counts = &folder.manifest().counts;
     // Numbers of triangles and of loose vertices behind them.
     let all = counts.triangles.saturating_add(counts.vertices);
     if all < u64::from(u32::MAX) {
-        encode_as::<u32>(ws, folder, request)
+        encode_as::<u32>(ws, folder, request, target)
     } else {
-        encode_as::<u64>(ws, folder, request)
+        encode_as::<u64>(ws, folder, request, target)
     }
 }
 
@@ -108,6 +106,7 @@ fn encode_as<W: Index>(
     ws: &Workspace,
     folder: &Folder,
     request: &EncodeRequest,
+    target: Target,
 ) -> Result<EncodeCount> {
     let counts = &folder.manifest().counts;
     let g = match Coords::of(folder)? {
@@ -142,7 +141,7 @@ fn encode_as<W: Index>(
     let done = done.into_inner().unwrap_or_else(|e| e.into_inner());
     let wide = g.as_ref().is_some_and(|(kind, _)| *kind == Coords::F8);
     let head = Head::new(request.level, grid, wide, counts.triangles, counts.vertices);
-    let mut out = Out::create(ws, &request.target)?;
+    let mut out = Out::new(ws, target);
     out.put(bytemuck::bytes_of(&head))?;
     let mut entries = Vec::with_capacity(done.len());
     for ((mut entry, at), span) in done.into_iter().zip(spans) {
@@ -155,7 +154,7 @@ fn encode_as<W: Index>(
         entries.push(entry);
     }
     out.put(&ending(&entries, out.written))?;
-    let bytes = out.finish(&request.target, request.force)?;
+    let bytes = out.finish()?;
     let sum = |of: fn(&Entry) -> u64| entries.iter().map(of).sum::<u64>();
     Ok(EncodeCount {
         triangles: counts.triangles,

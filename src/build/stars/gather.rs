@@ -179,11 +179,11 @@ pub fn gather<W: Index>(
             let thread = Thread {
                 nodes,
                 out: Out::new(whole),
-                parts: Vec::new(),
+                parts: Vec::with_capacity(most as usize),
                 most: most as usize,
                 hub: false,
                 corners: 0,
-                group: Group::default(),
+                group: Group::new(most as usize),
                 valences: Valences::default(),
             };
             Ok((parts.sorter(memory)?, thread))

@@ -5,7 +5,7 @@
 //! edge: two are opposite, and the parts go on into each other; one is a border, and three or
 //! more are non-manifold, where fans end. Joined so, parts form paths and rings.
 //!
-//! Memory: 24 bytes a part, besides the parts. I/O: none.
+//! Memory: [`Group::BYTES`] for each part that there is room for, with the parts. I/O: none.
 
 use super::records::Part;
 use crate::corner::Index;
@@ -37,6 +37,16 @@ const END: u32 = u32::MAX;
 impl Group {
     /// Bytes for each part, with the part.
     pub const BYTES: u64 = 64 + 2 * 16 + 2 * 4 + 1 + 32;
+
+    /// A group with room for so many parts.
+    pub fn new(most: usize) -> Group {
+        Group {
+            ends: Vec::with_capacity(2 * most),
+            mates: Vec::with_capacity(2 * most),
+            seen: Vec::with_capacity(most),
+            fans: Vec::with_capacity(most),
+        }
+    }
 
     /// Joins all parts of a vertex into [`fans`](Group::fans).
     pub fn join<W: Index>(&mut self, parts: &[Part<W>]) {

@@ -58,6 +58,8 @@ pub struct Valences {
     classes: [u64; Self::EXACT as usize + 64],
     /// The largest.
     pub largest: u64,
+    /// Corners of the vertices that were counted.
+    pub corners: u64,
 }
 
 impl Default for Valences {
@@ -65,6 +67,7 @@ impl Default for Valences {
         Valences {
             classes: [0; Self::EXACT as usize + 64],
             largest: 0,
+            corners: 0,
         }
     }
 }
@@ -82,6 +85,7 @@ impl Valences {
         };
         self.classes[class as usize] += 1;
         self.largest = self.largest.max(corners);
+        self.corners += corners;
     }
 
     /// Adds another's vertices.
@@ -89,6 +93,7 @@ impl Valences {
         let pairs = self.classes.iter_mut().zip(&other.classes);
         pairs.for_each(|(own, more)| *own += more);
         self.largest = self.largest.max(other.largest);
+        self.corners += other.corners;
     }
 
     /// Vertices that were counted.

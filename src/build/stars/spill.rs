@@ -37,24 +37,29 @@ pub struct Spilled<W: Index> {
     shared: ScratchFile,
     /// Vertices that were decided at once, by valence.
     valences: Mutex<Valences>,
+    thread_bytes: u64,
 }
 
 impl<W: Index> Spilled<W> {
-    /// Nothing yet; about so many parts are expected.
+    /// Nothing yet, or `None` when stars are not wanted; about so many parts are expected.
     ///
     /// # Errors
     /// [`Error::Budget`], [`Error::Io`].
-    pub fn new(job: &Job, parts: u64) -> Result<Spilled<W>> {
+    pub fn wanted(job: &Job, parts: u64) -> Result<Option<Spilled<W>>> {
+        if !job.shape.measures {
+            return Ok(None);
+        }
         let (ws, t) = (job.ws, job.shape.triangles);
         let n = job.shape.vertices.max(1);
         let plans = Self::plans(job, parts);
-        Ok(Spilled {
+        Ok(Some(Spilled {
             parts: Shuffle::new(ws, "parts of fans", 0..n, plans[0])?,
             candidates: Shuffle::new(ws, "triangles with twins, perhaps", 0..n, plans[1])?,
             twins: Shuffle::new(ws, "duplicate triangles", 0..t.max(1), plans[2])?,
             shared: ws.scratch.file("fans of vertices with several")?,
             valences: Mutex::default(),
-        })
+            thread_bytes: plans.iter().map(Plan::writer_bytes).sum::<u64>() + APPENDED,
+        }))
     }
 
     fn plans(job: &Job, parts: u64) -> [Plan; WRITERS as usize] {
@@ -68,9 +73,8 @@ impl<W: Index> Spilled<W> {
     }
 
     /// Bytes that a thread's writers and block take.
-    pub fn thread_bytes(job: &Job, parts: u64) -> u64 {
-        let plans = Self::plans(job, parts);
-        plans.iter().map(Plan::writer_bytes).sum::<u64>() + APPENDED
+    pub fn thread_bytes(&self) -> u64 {
+        self.thread_bytes
     }
 
     /// All threads have finished.
