@@ -365,3 +365,93 @@ fn the_zoo_in_one_folder() {
         assert!(check_mesh(&mesh, &[], 60, &mut random) > 50);
     }
 }
+
+/// Overwrites bytes of one of the arrays, from the start of its data.
+fn patch(folder: &Path, name: &str, at: usize, bytes: &[u8]) {
+    let path = folder.join(name);
+    let mut file = std::fs::read(&path).unwrap();
+    file[4096 + at..][..bytes.len()].copy_from_slice(bytes);
+    std::fs::write(&path, file).unwrap();
+}
+
+#[test]
+fn a_damaged_source_is_named_and_makes_no_folder() {
+    // Two octahedra, and a book of five pages.
+    let octahedron = common::surfaces::octahedron;
+    let mesh = octahedron()
+        .plus(&octahedron().moved([5.0, 0.0, 0.0]))
+        .plus(&common::surfaces::fan_on_edge(5).moved([0.0, 5.0, 0.0]));
+    let far = 40u32.to_le_bytes();
+    for (name, at, bytes, words) in [
+        (
+            "O.npy",
+            4,
+            &far[..],
+            "O.npy: triangle 0: expected a corner of component 0",
+        ),
+        (
+            "O.npy",
+            4,
+            &[255, 255, 255, 0],
+            "O.npy: row 0: expected an id below",
+        ),
+        (
+            "V.npy",
+            4,
+            &[99, 0, 0, 0],
+            "V.npy: row 0: expected an id below",
+        ),
+        (
+            "component.npy",
+            0,
+            &[99, 0, 0, 0],
+            "component.npy: row 0: expected an id below",
+        ),
+        ("component.npy", 0, &[1, 0, 0, 0], "as components.npy says"),
+        (
+            "nonmanifold_edges.npy",
+            16,
+            &[2, 0],
+            "nonmanifold_edges.npy: expected edges of 5 corners",
+        ),
+        (
+            "nonmanifold_edges.npy",
+            16,
+            &[6, 0],
+            "nonmanifold_edges.npy: expected edges of 5 corners",
+        ),
+        (
+            "nonmanifold_edges.npy",
+            16,
+            &[4, 0],
+            "nonmanifold_edges.npy: expected edges of 5 corners",
+        ),
+        (
+            "nonmanifold_corners.npy",
+            0,
+            &[255, 255, 0, 0],
+            "a corner below",
+        ),
+        (
+            "components.npy",
+            16,
+            &[9, 0],
+            "components.npy: row 0: expected its first triangle",
+        ),
+    ] {
+        let bench = Bench::new(&mesh);
+        let source = bench.build("source.ct", &[]);
+        patch(&source, name, at, bytes);
+        let choice = Choice {
+            options: vec!["--component=0,2-6".into()],
+            chosen: vec![],
+        };
+        let out = bench.path("out.ct");
+        let said = run("filter", &source, &out, &[], &choice).expect(3);
+        assert!(
+            said.stderr.contains(words),
+            "{name} {bytes:?}: no {words:?} in {said}"
+        );
+        assert!(!out.exists());
+    }
+}

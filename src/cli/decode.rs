@@ -57,6 +57,7 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
         match Format::of(&args.output) {
             None => build(
                 args,
+                true,
                 &v,
                 points.then_some(&*g),
                 count.vertices,
@@ -64,7 +65,14 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
             )?,
             Some(format) => {
                 let folder = temp.path().join("mesh.ct");
-                build(args, &v, points.then_some(&*g), count.vertices, &folder)?;
+                build(
+                    args,
+                    false,
+                    &v,
+                    points.then_some(&*g),
+                    count.vertices,
+                    &folder,
+                )?;
                 write(args, &ws, &folder, format)?;
             }
         }
@@ -84,6 +92,7 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
 /// Builds a folder from the arrays.
 fn build(
     args: &DecodeArgs,
+    measures: bool,
     v: &Path,
     g: Option<&Path>,
     vertices: u64,
@@ -95,6 +104,7 @@ fn build(
         .threads(work.thread_count())
         .max_disk(work.max_disk_bytes())
         .orient(Orient::Keep)
+        .measures(measures)
         .force(args.force)
         .progress(progress::sink(work.progress, work.quiet));
     for dir in &work.tmp {

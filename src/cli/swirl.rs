@@ -61,7 +61,7 @@ pub(super) fn run(args: &SwirlArgs) -> Result<Outcome> {
     if args.json {
         let head = json!({ "version": VERSION, "from": args.from, "component": component });
         out.begin(&head, "walk")?;
-    } else {
+    } else if !args.work.quiet {
         out.text("letter    triangle  tip                 right               left              ")?;
         out.text("  entered from\n")?;
     }
@@ -78,7 +78,7 @@ pub(super) fn run(args: &SwirlArgs) -> Result<Outcome> {
         }
         if args.json {
             out.item(&item(&table, &walked))?;
-        } else {
+        } else if !args.work.quiet {
             out.text(&line(&table, &walked))?;
         }
     };
@@ -95,6 +95,9 @@ fn finish(args: &SwirlArgs, mut out: Pieces, met: &Met, complete: bool) -> Resul
             "joined": met.joined,
             "complete": complete,
         }));
+    }
+    if args.work.quiet {
+        return out.done();
     }
     let (triangles, joined) = (met.triangles(), met.joined);
     let rest = if complete { "all of them" } else { "not all" };

@@ -253,7 +253,8 @@ impl<W: Index> Job<'_, W> {
         let chunk = self.chunks.bytes(&self.dealt.vertices, records);
         let own = chunk + MODEL_BYTES + uses.writer_bytes() + Gather::BYTES;
         let threads = (budget.free() / (own + sorter)).clamp(1, ws.workers.count() as u64);
-        let sorter = (budget.free() / threads)
+        // Some is left for what shuffles note of more than they expected.
+        let sorter = (budget.free() / threads / 16 * 15)
             .saturating_sub(own)
             .clamp(1 << 20, sorter);
         let few = Workers::new(threads as usize)?;

@@ -57,6 +57,17 @@ impl Grid {
         vertices: u64,
         precision: Precision,
     ) -> Result<Grid> {
+        match precision {
+            Precision::Bits(bits) if !(8..=24).contains(&bits) => {
+                let what = format!("--bits goes from 8 to 24, not {bits}");
+                return Err(Error::Usage(what));
+            }
+            Precision::Step(step) if !(step.is_finite() && step > 0.0) => {
+                let what = format!("--step must be above 0, not {step}");
+                return Err(Error::Usage(what));
+            }
+            _ => {}
+        }
         let Some((kind, file)) = g else {
             return Ok(Grid::None);
         };
@@ -67,12 +78,6 @@ impl Grid {
                     .into(),
             )),
             Precision::Exact => Ok(Grid::Bits),
-            Precision::Bits(bits) if !(8..=24).contains(&bits) => Err(Error::Usage(format!(
-                "--bits goes from 8 to 24, not {bits}"
-            ))),
-            Precision::Step(step) if !(step.is_finite() && step > 0.0) => {
-                Err(Error::Usage(format!("--step must be above 0, not {step}")))
-            }
             _ => {
                 let (min, extent) = extent(ws, *kind, file, vertices)?;
                 let step = match precision {
@@ -80,7 +85,14 @@ impl Grid {
                     Precision::Bits(bits) => extent / f64::from((1u32 << bits) - 1),
                     Precision::Exact => 1.0,
                 };
-                let step = if step > 0.0 { step } else { 1.0 };
+                // Of a mesh without extent any step will do.
+                let step = if extent > 0.0 { step } else { 1.0 };
+                if !extent.is_finite() || step <= 0.0 {
+                    return Err(Error::Usage(format!(
+                        "the largest extent, {extent}, is beyond what a grid in 8 bytes can cut \
+                         up; scale the mesh, or give --step"
+                    )));
+                }
                 if extent / step >= MOST {
                     return Err(Error::Usage(format!(
                         "a step of {step} cuts the largest extent, {extent}, into more than 2^30 \
@@ -120,6 +132,8 @@ impl Grid {
                     if wide {
                         out.extend(place.to_le_bytes());
                     } else {
+                        // Rounded, a coordinate near the largest may lie beyond it.
+                        let place = place.clamp(f32::MIN.into(), f32::MAX.into());
                         out.extend((place as f32).to_le_bytes());
                     }
                 }

@@ -3,7 +3,7 @@
 //! Why it works: each context's cell guesses the bit; the guesses are stretched (their logistic
 //! inverse), summed with weights, and squashed back. After each bit the weights move along the
 //! gradient of its cost, so that the contexts that serve in a kind of decision come to decide
-//! it. Two sets of weights, chosen in two ways, are averaged; a last cell corrects what is left.
+//! it. Two sets of weights, chosen in two ways, are averaged.
 //!
 //! Memory: 1.5 MiB for cells, 60 KiB for weights. Integers only: stretch and squash are tables
 //! made of integers.

@@ -151,7 +151,9 @@ impl Places {
         let mut listed = 0;
         for k in 0..3 {
             let axis = shape.axes[k];
+            // What no coordinate can be helps nobody, and is more than a number holds.
             let mean = guess[axis] + shape.expected(k, &innovation);
+            let mean = mean.clamp(-FAR << FINE, FAR << FINE);
             let near = (mean + (1 << (FINE - 1))) >> FINE;
             let part = mean - (near << FINE) + (1 << (FINE - 1));
             let log = shape.logs[k];
@@ -190,6 +192,9 @@ impl Places {
         Ok(())
     }
 }
+
+/// No coordinate is expected farther out: the miss of one then has at most 35 bits.
+const FAR: i64 = (1 << 35) - (1 << 31) - 1;
 
 /// A coordinate that is to be coded.
 struct Spot {

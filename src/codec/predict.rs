@@ -3,7 +3,7 @@
 //!
 //! Why it works: sums of products of what was known (features) and of what came (target) are
 //! kept, each vertex weighed by the size of its triangle; the weights that would have served
-//! best so far solve a linear system of five unknowns. It is solved anew every few vertices, in
+//! best so far solve a linear system of seven unknowns. It is solved anew every few vertices, in
 //! integers, so that both sides hold the same weights.
 //!
 //! Memory: some hundred bytes a class.

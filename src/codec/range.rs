@@ -63,11 +63,6 @@ impl Encoder {
         }
     }
 
-    /// Bytes so far, those held back included.
-    pub fn written(&self) -> u64 {
-        self.out.len() as u64 + self.pending
-    }
-
     fn shift(&mut self) {
         let carry = (self.low >> 32) as u8;
         if self.low < 0xff00_0000 || carry == 1 {

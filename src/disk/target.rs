@@ -23,11 +23,17 @@ impl Target {
     /// A new temporary file in the folder of the target, which must lie outside of `source`.
     ///
     /// # Errors
-    /// [`Error::Usage`] when the target exists and may not be replaced (`force`), or lies in
-    /// `source`; [`Error::Io`].
+    /// [`Error::Usage`] when the target exists and may not be replaced (`force`), is a folder, or
+    /// lies in `source`; [`Error::Io`].
     pub fn create(source: &Path, path: &Path, force: bool) -> Result<Target> {
         if !force && path.symlink_metadata().is_ok() {
             return Err(exists(path));
+        }
+        if path.is_dir() {
+            return Err(Error::Usage(format!(
+                "{}: is a folder, and a file is to be written; give another name",
+                path.display()
+            )));
         }
         let dir = match path.parent() {
             Some(dir) if !dir.as_os_str().is_empty() => dir,

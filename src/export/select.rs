@@ -110,7 +110,14 @@ pub(super) fn choose(
         invert(folder, &mut chosen)?;
     }
     if chosen.count == 0 {
-        let what = format!("none of the {components} components meets the selection; widen it");
+        let what = if selection.invert {
+            format!(
+                "none of the {components} components is left: all meet what --invert turns \
+                 round; narrow it"
+            )
+        } else {
+            format!("none of the {components} components meets the selection; widen it")
+        };
         return Err(Error::Usage(what));
     }
     Ok(Some(chosen))

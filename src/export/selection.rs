@@ -21,7 +21,10 @@ use std::str::FromStr;
 /// # Ok::<(), String>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Numbers(Vec<RangeInclusive<u64>>);
+pub struct Numbers(
+    /// Ascending, with a gap between each two.
+    Vec<RangeInclusive<u64>>,
+);
 
 impl Numbers {
     /// This number alone.
@@ -29,14 +32,29 @@ impl Numbers {
         Numbers(vec![number..=number])
     }
 
+    fn merged(mut ranges: Vec<RangeInclusive<u64>>) -> Numbers {
+        ranges.sort_unstable_by_key(|range| *range.start());
+        let mut merged: Vec<RangeInclusive<u64>> = Vec::new();
+        for range in ranges {
+            match merged.last_mut() {
+                Some(last) if *range.start() <= last.end().saturating_add(1) => {
+                    *last = *last.start()..=*last.end().max(range.end());
+                }
+                _ => merged.push(range),
+            }
+        }
+        Numbers(merged)
+    }
+
     /// True when the number is listed.
     pub fn has(&self, number: u64) -> bool {
-        self.0.iter().any(|range| range.contains(&number))
+        let at = self.0.partition_point(|range| *range.start() <= number);
+        at > 0 && *self.0[at - 1].end() >= number
     }
 
     /// The greatest number listed.
     pub fn greatest(&self) -> u64 {
-        self.0.iter().map(|range| *range.end()).max().unwrap_or(0)
+        self.0.last().map_or(0, |range| *range.end())
     }
 }
 
@@ -51,7 +69,7 @@ impl FromStr for Numbers {
         };
         let ranges: Option<Vec<_>> = text.split(',').map(range).collect();
         ranges
-            .map(Numbers)
+            .map(Numbers::merged)
             .ok_or_else(|| format!("'{text}' lists no numbers; write for example 0,4,7-9"))
     }
 }

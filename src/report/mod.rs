@@ -69,7 +69,8 @@ pub struct Culprits {
     pub duplicate: Vec<u64>,
     /// Components that cannot be oriented.
     pub nonorientable_components: Vec<u64>,
-    /// Components that are oriented by majority though `outward` was asked for.
+    /// Components that are not watertight, so that `outward` does not apply to them; empty under
+    /// another `--orient`.
     pub not_watertight_components: Vec<u64>,
 }
 

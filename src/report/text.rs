@@ -244,7 +244,7 @@ fn culprits(out: &mut String, report: &Report) {
             "components.npy, orientable",
         ),
         (
-            "components oriented by majority",
+            "components not watertight, by majority",
             ids(&c.not_watertight_components),
             "components.npy, watertight",
         ),

@@ -9,6 +9,7 @@ mod refusals;
 use common::formats::write_npy;
 use common::mesh::Mesh;
 use common::npy::Npy;
+use common::readers;
 use common::run::cornermill;
 use common::{bench, surfaces, zoo};
 use cornermill::build::{Builder, IndexChoice};
@@ -260,4 +261,47 @@ fn the_commands_go_there_and_back() {
     let leftovers = std::fs::read_dir(case.dir.path()).unwrap();
     let hidden = |f: &std::fs::DirEntry| f.file_name().to_string_lossy().starts_with('.');
     assert_eq!(leftovers.filter(|f| hidden(f.as_ref().unwrap())).count(), 0);
+}
+
+/// Bits of coordinates jump where these change sign; no prediction may leave what a number holds.
+#[test]
+fn exact_coordinates_around_the_origin_come_back() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut mesh = readers::read(&path.join("tests/meshes/vtkdata_Apache2/turbineblade.ply"));
+    let count = mesh.positions.len() as f64;
+    for k in 0..3 {
+        let mean = mesh.positions.iter().map(|p| f64::from(p[k])).sum::<f64>() / count;
+        let centred = |p: &mut [f32; 3]| p[k] = (f64::from(p[k]) - mean) as f32;
+        mesh.positions.iter_mut().for_each(centred);
+    }
+    let case = Case::new(&mesh, IndexChoice::Auto);
+    let corners = |v: Vec<[u64; 3]>, g: &[Vec<u8>]| {
+        let mut all: Vec<Vec<u8>> = v
+            .as_flattened()
+            .iter()
+            .map(|&v| g[v as usize].clone())
+            .collect();
+        all.sort_unstable();
+        all
+    };
+    let g = rows(&case.folder.join("G.npy"));
+    let expected = corners(triangles(&case.folder.join("V.npy")), &g);
+    for level in [Level::Fast, Level::Strong] {
+        case.encode("m.cmz", (Precision::Exact, level, 1 << 20), (256 << 20, 2));
+        let (v, g) = case.decode("m.cmz", 2);
+        assert!(corners(v, &g) == expected, "{level:?}");
+    }
+}
+
+#[test]
+fn a_folder_is_not_written_into() {
+    let case = Case::new(&told_apart(surfaces::cube()), IndexChoice::Auto);
+    let path = |name: &str| case.path(name).display().to_string();
+    let (folder, inside) = (path("mesh.ct"), path("mesh.ct/m.cmz"));
+    for target in [&inside, &folder] {
+        let args = ["encode", &folder, "-o", target, "--bits", "12", "--force"];
+        let refused = cornermill(args).expect(2);
+        assert!(refused.stderr.contains("folder"), "{}", refused.stderr);
+    }
+    cornermill(["verify", &folder]).expect(0);
 }

@@ -24,6 +24,11 @@ struct Made {
 
 /// Builds a mesh into a folder of this name, and writes its page.
 fn made(mesh: &Mesh, name: &str, positions: bool, more: &[&str]) -> Made {
+    built(mesh, name, positions, &[], more)
+}
+
+/// The same of a folder that is built with options.
+fn built(mesh: &Mesh, name: &str, positions: bool, options: &[&str], more: &[&str]) -> Made {
     let dir = tempfile::tempdir().unwrap();
     let (v, g) = formats::write_npy(mesh, dir.path());
     let folder = dir.path().join(name);
@@ -35,6 +40,7 @@ fn made(mesh: &Mesh, name: &str, positions: bool, more: &[&str]) -> Made {
         folder.clone().into(),
     ];
     args.extend(["--quiet", "--memory", "64MiB"].map(Into::into));
+    args.extend(options.iter().map(Into::into));
     args.push(format!("--json={}", json.display()).into());
     if positions {
         args.extend(["--positions".into(), g.into_os_string()]);
@@ -138,7 +144,9 @@ fn pages_are_well_formed_and_lead_nowhere() {
                 .iter()
                 .all(|p| p.attribute("alt").is_some_and(|a| !a.is_empty()))
         );
-        assert!(!made.dir.path().join(".cornermill").exists());
+        let mut left = std::fs::read_dir(made.dir.path()).unwrap();
+        let hidden = |name: std::ffi::OsString| name.to_string_lossy().starts_with(".cornermill");
+        assert!(!left.any(|entry| hidden(entry.unwrap().file_name())));
     }
 }
 
@@ -194,6 +202,22 @@ fn verdicts_come_first_and_say_where() {
             "{key}"
         );
     }
+    // What was not measured is neither good nor bad; what is bad without it stays so.
+    let bare = |mesh: &Mesh| {
+        let options = ["--no-measures"];
+        parsed(&built(mesh, "m.ct", true, &options, &["--no-pictures"]))
+    };
+    for key in ["manifold", "clean"] {
+        let (class, said, _) = word(&bare(&surfaces::cube()), key);
+        assert_eq!((class.as_str(), said.as_str()), ("note", "not measured"));
+        assert_eq!(word(&bare(&flawed()), key).0, "bad");
+    }
+    // Kept as they were, two triangles of the cube disagree with their neighbours.
+    let mut turned = surfaces::cube();
+    turned.triangles[3].swap(0, 1);
+    let options = ["--orient", "keep"];
+    let kept = parsed(&built(&turned, "m.ct", true, &options, &["--no-pictures"]));
+    assert_eq!(word(&kept, "oriented").1, "✗ no");
     assert_eq!(word(&good, "pieces").1, "1");
     let sections = good.all(|e| e.name == "section");
     assert_eq!(

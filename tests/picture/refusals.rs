@@ -171,3 +171,21 @@ fn a_mesh_of_vertices_alone_has_no_picture() {
     assert!(run.stderr.contains("no coordinates"), "{run}");
     assert!(!png.exists());
 }
+
+#[test]
+fn a_damaged_table_is_not_walked() {
+    let home = Home::of(&surfaces::cube());
+    let path = home.path.join("O.npy");
+    let mut o = std::fs::read(&path).unwrap();
+    o[4096..4100].copy_from_slice(&512u32.to_le_bytes());
+    std::fs::write(&path, o).unwrap();
+    let request = PictureRequest {
+        color: ColorBy::Swirl,
+        ..request(9)
+    };
+    match home.draw(&request, 64 << 20, 1) {
+        Err(Error::Input(bad)) => assert!(bad.path.ends_with("O.npy"), "{bad}"),
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("a damaged table was drawn"),
+    }
+}

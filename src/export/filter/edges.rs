@@ -8,7 +8,8 @@
 //! Why corners stay in order: triangles keep theirs, and no two corners of an edge are in one
 //! triangle.
 //!
-//! Memory: 64 bytes a chosen component, and 32 for each edge of which two corners are left. I/O:
+//! Memory: 64 bytes a chosen component, 32 for each edge of which two corners are left, and 24 for each
+//! corner of the edge that has most. I/O:
 //! the lists of non-manifold edges and corners three times; labels and rows of V of their
 //! corners that are taken, one by one.
 
@@ -18,10 +19,11 @@ use super::source::Row;
 use super::table::Table;
 use crate::build::arrays::OutArray;
 use crate::corner::{Index, next_k, prev_k};
-use crate::disk::Lease;
+use crate::disk::{DataFile, Lease};
 use crate::error::{Error, Result};
 use crate::folder::{self, EDGE_DESCR, EdgeRow, Orient, npy::DATA_START};
 use crate::table::array;
+use bytemuck::Zeroable;
 
 /// What is left of the non-manifold edges.
 pub(super) struct Edges {
@@ -212,9 +214,15 @@ fn each(job: &Job, mut f: impl FnMut(&EdgeRow, &[u64]) -> Result<()>) -> Result<
     let counts = &job.folder.manifest().counts;
     let (edges, corners) = (counts.nonmanifold_edges, counts.nonmanifold_corners);
     let file = array::open(job.folder, folder::NONMANIFOLD_EDGES, EDGE_DESCR, &[edges])?;
-    let (mut row, mut next, mut left) = (None, 0, 0);
+    let (mut edge, mut next, mut left) = (EdgeRow::zeroed(), 0, 0);
     let mut taken = Vec::new();
     let mut lease: Option<Lease> = None;
+    let uneven = |found: String| {
+        let expected = format!("edges of {corners} corners in all, each of 3 or more");
+        let name = folder::NONMANIFOLD_EDGES;
+        Err(job.source.damaged(name, String::new(), expected, found))
+    };
+    let mut before = 0;
     job.source.list(folder::NONMANIFOLD_CORNERS, corners, |c| {
         if c >= 3 * counts.triangles {
             let at = format!("corner {c}");
@@ -223,34 +231,50 @@ fn each(job: &Job, mut f: impl FnMut(&EdgeRow, &[u64]) -> Result<()>) -> Result<
             return Err(job.source.damaged(name, at, expected, c.to_string()));
         }
         if left == 0 {
-            const ROW: usize = size_of::<EdgeRow>();
-            let mut bytes = [0; ROW];
-            file.read_at(&mut bytes, DATA_START + next * ROW as u64)?;
-            let edge: EdgeRow = bytemuck::pod_read_unaligned(&bytes);
-            let end = counts.vertices;
-            let ends = edge.lo.max(edge.hi);
-            job.source
-                .bound(folder::NONMANIFOLD_EDGES, next, ends, end)?;
-            (row, left, next) = (Some(edge), edge.corners, next + 1);
+            if next == edges {
+                return uneven(format!("{edges} edges of {before} corners"));
+            }
+            edge = read_edge(job, &file, next)?;
+            before = edge.corners.saturating_add(before);
+            if edge.corners < 3 || before > corners {
+                return uneven(format!("one of {} corners in row {next}", edge.corners));
+            }
+            (left, next) = (edge.corners, next + 1);
+            if edge.corners > taken.capacity() as u64 {
+                (lease, taken) = (None, Vec::new());
+                let bytes = 8 * edge.corners;
+                lease = Some(job.ws.budget.lease("corners of an edge", bytes)?);
+                taken.reserve_exact(edge.corners as usize);
+            }
         }
         if job.taken.triangles.has(c / 3) {
-            if taken.len() == taken.capacity() {
-                // What an edge holds is drawn before it grows.
-                let more = (2 * taken.len()).max(512);
-                lease = Some(job.ws.budget.lease("corners of an edge", 8 * more as u64)?);
-                taken.reserve_exact(more - taken.len());
-            }
             taken.push(c);
         }
-        left = left.saturating_sub(1);
-        if let (0, Some(edge)) = (left, &row) {
-            f(edge, &taken)?;
+        left -= 1;
+        if left == 0 {
+            f(&edge, &taken)?;
             taken.clear();
         }
         Ok(())
     })?;
     drop(lease);
+    if left != 0 || next != edges {
+        return uneven(format!("{edges} edges, of which {next} have {corners}"));
+    }
     Ok(())
+}
+
+/// A row of the list of edges.
+fn read_edge(job: &Job, file: &DataFile, row: u64) -> Result<EdgeRow> {
+    let mut edge = EdgeRow::zeroed();
+    let bytes = bytemuck::bytes_of_mut(&mut edge);
+    file.read_at(bytes, DATA_START + row * bytes.len() as u64)?;
+    let (name, end) = (
+        folder::NONMANIFOLD_EDGES,
+        job.folder.manifest().counts.vertices,
+    );
+    job.source.bound(name, row, edge.lo.max(edge.hi), end)?;
+    Ok(edge)
 }
 
 /// Writes the lists of the edges that stay non-manifold, and the empty list of degenerate

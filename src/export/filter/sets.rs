@@ -5,10 +5,11 @@
 //!
 //! Memory: 9 bytes a component. I/O: none.
 
+use crate::build::graph::forest::{Forest, Joined};
+
 /// Union-find with parity; after [`seal`](Sets::seal), sets by number.
 pub(super) struct Sets {
-    /// `2 * parent + parity` to it; sealed: `2 * set + parity` to the set's smallest member.
-    words: Vec<u64>,
+    forest: Forest<u64>,
     /// By root, sealed by set: it contradicts itself.
     conflicts: Vec<bool>,
     count: u64,
@@ -20,73 +21,46 @@ impl Sets {
 
     pub(super) fn new(components: u64) -> Sets {
         Sets {
-            words: (0..components).map(|c| c << 1).collect(),
+            forest: Forest::new(components),
             conflicts: vec![false; components as usize],
             count: components,
         }
     }
 
-    /// Root of a component, and the parity to it.
-    fn find(&mut self, mut at: u64) -> (u64, bool) {
-        let mut parity = 0;
-        loop {
-            let word = self.words[at as usize];
-            let above = self.words[(word >> 1) as usize];
-            if word >> 1 == above >> 1 {
-                return (word >> 1, (parity ^ word) & 1 == 1);
+    /// Joins two components; with parity when one must turn to agree with the other.
+    pub(super) fn join(&mut self, a: u64, b: u64, parity: bool) {
+        match self.forest.join(a, b, parity) {
+            Joined::Before => {}
+            Joined::Conflict(root) => self.conflicts[root as usize] = true,
+            Joined::Now { root, under, .. } => {
+                self.conflicts[root as usize] |= self.conflicts[under as usize];
+                self.count -= 1;
             }
-            // Halved: the parent's parent is next.
-            self.words[at as usize] = above ^ (word & 1);
-            parity ^= (above ^ word) & 1;
-            at = above >> 1;
         }
-    }
-
-    /// Joins two components; with parity when one must turn to agree with the other. True when
-    /// they were not joined before.
-    pub(super) fn join(&mut self, a: u64, b: u64, parity: bool) -> bool {
-        let ((a, p), (b, q)) = (self.find(a), self.find(b));
-        let parity = p ^ q ^ parity;
-        if a == b {
-            self.conflicts[a as usize] |= parity;
-            return false;
-        }
-        let (root, other) = (a.min(b), a.max(b));
-        self.words[other as usize] = root << 1 | u64::from(parity);
-        self.conflicts[root as usize] |= self.conflicts[other as usize];
-        self.count -= 1;
-        true
     }
 
     /// Marks a component as one that contradicts itself.
     pub(super) fn contradict(&mut self, component: u64) {
-        let root = self.find(component).0;
+        let root = self.forest.find(component).0;
         self.conflicts[root as usize] = true;
     }
 
     /// Numbers the sets.
     pub(super) fn seal(&mut self) {
-        for c in 0..self.words.len() as u64 {
-            let (root, parity) = self.find(c);
-            self.words[c as usize] = root << 1 | u64::from(parity);
-        }
-        let mut number = 0;
-        for c in 0..self.words.len() {
-            let (root, parity) = ((self.words[c] >> 1) as usize, self.words[c] & 1);
-            let mut set = self.words[root] >> 1;
-            if root == c {
-                set = number;
-                number += 1;
-                self.conflicts[set as usize] = self.conflicts[root];
+        let mut set = 0;
+        for (c, word) in self.forest.words().iter().enumerate() {
+            if (word >> 1) as usize == c {
+                self.conflicts[set] = self.conflicts[c];
+                set += 1;
             }
-            self.words[c] = set << 1 | parity;
         }
+        self.forest.number();
     }
 
     /// Set of a component, sealed, and its parity to the set's first.
     #[inline]
     pub(super) fn of(&self, component: u64) -> (u64, bool) {
-        let word = self.words[component as usize];
+        let word = self.forest.words()[component as usize];
         (word >> 1, word & 1 == 1)
     }
 
@@ -122,7 +96,7 @@ mod tests {
             let mut sets = Sets::new(n);
             links
                 .iter()
-                .for_each(|&(a, b, parity)| _ = sets.join(a, b, parity));
+                .for_each(|&(a, b, parity)| sets.join(a, b, parity));
             sets.seal();
             // The least component that is reached, and how.
             let mut least: Vec<(u64, bool)> = (0..n).map(|c| (c, false)).collect();

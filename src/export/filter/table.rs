@@ -123,6 +123,14 @@ fn gather_rows(job: &Job, sets: &Sets) -> Result<Vec<ComponentRow>> {
         let mut row = row.base;
         let (first, end) = (row.first_triangle, job.folder.manifest().counts.triangles);
         job.source.bound(folder::COMPONENTS, c, first, end)?;
+        if row.flipped > row.triangles || !job.taken.triangles.has(first) {
+            let expected = format!("its first triangle, and at most {} flipped", {
+                row.triangles
+            });
+            let found = format!("triangle {first}, {} flipped", { row.flipped });
+            let at = format!("row {c}");
+            return Err(job.source.damaged(folder::COMPONENTS, at, expected, found));
+        }
         if parity {
             row.flipped = row.triangles - row.flipped;
         }
@@ -176,9 +184,20 @@ fn orient(
 ) -> Result<Turn> {
     let rule = job.folder.manifest().options.orient;
     // Two cuts have become one edge.
-    row.edges -= change.links;
+    let (edges, cuts) = (row.edges, row.cut_edges);
+    let left = edges
+        .checked_sub(change.links)
+        .zip(cuts.checked_sub(change.borders + 2 * change.links));
+    let Some((edges, cuts)) = left else {
+        let expected = format!("cut edges as in {}", folder::NONMANIFOLD_CORNERS);
+        let (at, found) = (
+            format!("triangle {}", { row.first_triangle }),
+            cuts.to_string(),
+        );
+        return Err(job.source.damaged(folder::COMPONENTS, at, expected, found));
+    };
+    (row.edges, row.cut_edges) = (edges, cuts);
     row.border_edges += change.borders;
-    row.cut_edges -= change.borders + 2 * change.links;
     let (borders, cuts) = (row.border_edges, row.cut_edges);
     let closed = borders == 0 && cuts == 0;
     let watertight = closed || (borders == 0 && !change.unbalanced);
@@ -190,10 +209,10 @@ fn orient(
         six < 0
     } else if rule == Orient::First {
         false
-    } else if 2 * flipped == triangles {
-        job.source.one(row.first_triangle)?.flipped
+    } else if flipped == triangles - flipped {
+        job.taken.flipped(row.first_triangle)
     } else {
-        2 * flipped > triangles
+        flipped > triangles - flipped
     };
     let turn = match (rule == Orient::Keep || !orientable, over) {
         (true, _) => Turn::Back,

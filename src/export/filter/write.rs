@@ -7,6 +7,7 @@
 //! Memory: a block, and 3 bits a chosen triangle. I/O: V, O, labels and flips read once; V, O,
 //! labels, flips and both maps written once.
 
+use super::source::Row;
 use super::table::Table;
 use super::{Job, MAP_TRIANGLE, MAP_VERTEX};
 use crate::build::arrays::OutArray;
@@ -48,6 +49,7 @@ pub(super) fn triangles<I: Index>(
             flips.clear();
             let first = done;
             for row in rows {
+                hold_opposites(job, row)?;
                 let own = chosen.rank(row.component);
                 let (component, turn) = table.place(own, row.flipped);
                 let flipped = row.flipped ^ turn;
@@ -121,4 +123,17 @@ pub(super) fn vertices(job: &Job) -> Result<OutArray> {
     }
     array.write(written, &ids)?;
     Ok(array)
+}
+
+/// Opposites lie in one component, so they are taken too, unless the folder is damaged.
+fn hold_opposites(job: &Job, row: &Row) -> Result<()> {
+    let known = |&o: &u64| o == u64::MAX || job.taken.triangles.has(o / 3);
+    match row.o.iter().find(|o| !known(o)) {
+        None => Ok(()),
+        Some(o) => {
+            let at = format!("triangle {}", row.t);
+            let expected = format!("a corner of component {}", row.component);
+            Err(job.source.damaged(folder::O, at, expected, o.to_string()))
+        }
+    }
 }

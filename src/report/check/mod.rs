@@ -184,9 +184,14 @@ fn judge(folder: &Folder, requirement: Requirement) -> Result<Judged> {
         Single => c.components == 1,
         BorderLoops(n) => measured(|m| m.border_loops) == n,
         NoUnreferenced => c.unreferenced_vertices == 0,
-        // Nothing is against it. Of no component nothing good can be said.
-        Closed | Watertight | Outward | SMesh | Genus(_) => culprits.is_empty() && c.components > 0,
-        Oriented => culprits.is_empty() && !(kept(folder) && c.inconsistent_edges > 0),
+        // Of no component nothing good can be said.
+        Closed => c.closed_components == c.components && c.components > 0,
+        Watertight => c.watertight_components == c.components && c.components > 0,
+        SMesh => measured(|m| m.smesh_components) == c.components && c.components > 0,
+        // What the manifest does not count: nothing is against it.
+        Outward | Genus(_) => culprits.is_empty() && c.components > 0,
+        Oriented => c.nonorientable_components == 0 && !(kept(folder) && c.inconsistent_edges > 0),
+        NoBorders => c.border_edges == 0,
         _ => culprits.is_empty(),
     };
     Ok(Judged {

@@ -4,9 +4,9 @@
 
 use super::cost::Cost;
 use super::markup::{details, escape, grouped, measure, number, size, table};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::folder::{self, Folder, Manifest, npy::DATA_START};
-use crate::report::{NAMED, Report};
+use crate::report::{NAMED, Report, first_ids, length};
 use crate::table::array::{self, Coords, Width};
 
 /// Reads single rows of a folder.
@@ -40,27 +40,22 @@ impl Places<'_> {
     }
 
     /// The vertices of a triangle.
-    fn triangle(&self, t: u64) -> Result<[u64; 3]> {
+    fn triangle(&self, list: &str, t: u64) -> Result<[u64; 3]> {
         let count = self.folder.manifest().counts.triangles;
+        if t >= count {
+            return Err(Error::input(
+                &self.folder.path().join(list),
+                "",
+                format!("triangles below {count}"),
+                t.to_string(),
+                "the folder is damaged; `cornermill verify` says how; build it again",
+            ));
+        }
         let file = array::open(self.folder, folder::V, self.width.descr(), &[count, 3])?;
         let mut row = vec![0; 3 * self.width.bytes()];
         let at = DATA_START + t * row.len() as u64;
         file.read_at(&mut row, at)?;
         Ok([0, 1, 2].map(|k| self.width.get(&row, k)))
-    }
-
-    /// The first ids of a list, and how many it has; nothing when the folder has no such list.
-    fn list(&self, name: &str) -> Result<(Vec<u64>, u64)> {
-        let files = &self.folder.manifest().files;
-        let Some(entry) = files.iter().find(|f| f.name == name) else {
-            return Ok((Vec::new(), 0));
-        };
-        let all = entry.shape.first().copied().unwrap_or(0);
-        let count = all.min(NAMED as u64) as usize;
-        let file = array::open(self.folder, name, self.width.descr(), &[all])?;
-        let mut bytes = vec![0; count * self.width.bytes()];
-        file.read_at(&mut bytes, DATA_START)?;
-        Ok(((0..count).map(|i| self.width.get(&bytes, i)).collect(), all))
     }
 }
 
@@ -145,7 +140,8 @@ fn nonmanifold_edges(places: &Places, report: &Report) -> Result<String> {
 }
 
 fn vertices(places: &Places) -> Result<String> {
-    let (ids, all) = places.list(folder::NONMANIFOLD_VERTICES)?;
+    let name = folder::NONMANIFOLD_VERTICES;
+    let (ids, all) = (first_ids(places.folder, name)?, length(places.folder, name));
     if ids.is_empty() {
         return Ok(String::new());
     }
@@ -158,13 +154,13 @@ fn vertices(places: &Places) -> Result<String> {
 }
 
 fn triangles(places: &Places, what: &str, name: &str) -> Result<String> {
-    let (ids, all) = places.list(name)?;
+    let (ids, all) = (first_ids(places.folder, name)?, length(places.folder, name));
     if ids.is_empty() {
         return Ok(String::new());
     }
     let mut rows = Vec::new();
     for &t in &ids {
-        let vertices = places.triangle(t)?;
+        let vertices = places.triangle(name, t)?;
         rows.push([
             number(t),
             vertices.map(number).join(", "),

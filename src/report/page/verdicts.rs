@@ -4,7 +4,7 @@
 //! Memory: the text. I/O: none; all of it is in the manifest.
 
 use super::markup::{count, escape, number};
-use crate::folder::{Counts, Manifest};
+use crate::folder::{Counts, Manifest, Orient};
 use crate::report::Report;
 
 /// How a verdict stands.
@@ -34,6 +34,18 @@ impl Verdict {
             stand: if good { Stand::Good } else { Stand::Bad },
             word: if good { "✓ yes" } else { "✗ no" }.into(),
             figure,
+        }
+    }
+
+    /// The same, or that it is not known.
+    fn unless_unknown(self, unknown: bool) -> Verdict {
+        if !unknown {
+            return self;
+        }
+        Verdict {
+            stand: Stand::Note,
+            word: "not measured".into(),
+            ..self
         }
     }
 
@@ -110,8 +122,14 @@ fn closed(c: &Counts, report: &Report) -> Option<Verdict> {
 }
 
 fn oriented(c: &Counts, report: &Report) -> Option<Verdict> {
-    let good = c.nonorientable_components == 0;
-    let figure = if good {
+    let kept = report.options.orient == Orient::Keep && c.inconsistent_edges > 0;
+    let good = c.nonorientable_components == 0 && !kept;
+    let figure = if kept {
+        format!(
+            "Built with --orient keep: at {} the triangles disagree.",
+            count(c.inconsistent_edges, "edge", "edges")
+        )
+    } else if good {
         format!(
             "Neighbours agree everywhere, or can be made to; {} disagreed in the input, and {} \
              turned over.",
@@ -146,12 +164,9 @@ fn manifold(manifest: &Manifest) -> Option<Verdict> {
     } else {
         " <a href=\"#culprits\">Where?</a>"
     };
-    Some(Verdict::new(
-        "manifold",
-        "Manifold?",
-        good,
-        format!("{edges}; {at}.{place}"),
-    ))
+    let figure = format!("{edges}; {at}.{place}");
+    let verdict = Verdict::new("manifold", "Manifold?", good, figure);
+    Some(verdict.unless_unknown(good && vertices.is_none()))
 }
 
 fn watertight(c: &Counts, report: &Report) -> Option<Verdict> {
@@ -201,22 +216,19 @@ fn clean(manifest: &Manifest) -> Option<Verdict> {
         ),
         count(c.unreferenced_vertices, "unused vertex", "unused vertices"),
     );
-    if let Some(n) = duplicate {
-        figure.push_str(", ");
-        figure.push_str(&count(n, "duplicate triangle", "duplicate triangles"));
-    }
+    figure.push_str(", ");
+    figure.push_str(&match duplicate {
+        Some(n) => count(n, "duplicate triangle", "duplicate triangles"),
+        None => "duplicates were not looked for".into(),
+    });
     let place = if c.degenerate + duplicate.unwrap_or(0) > 0 {
         ". <a href=\"#culprits\">Where?</a>"
     } else {
         "."
     };
     figure.push_str(place);
-    Some(Verdict::new(
-        "clean",
-        "Free of flawed triangles?",
-        bad == 0,
-        figure,
-    ))
+    let verdict = Verdict::new("clean", "Free of flawed triangles?", bad == 0, figure);
+    Some(verdict.unless_unknown(bad == 0 && duplicate.is_none()))
 }
 
 fn shape(manifest: &Manifest) -> Option<Verdict> {

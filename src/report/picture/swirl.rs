@@ -41,7 +41,9 @@ pub(super) fn tones(
     mut components: impl FnMut(&mut dyn FnMut(u64, u64) -> Result<()>) -> Result<()>,
 ) -> Result<(Vec<u16>, Lease)> {
     let mut lease = ws.budget.lease("walking in swirl order", bytes(folder))?;
-    let table = CornerTable::open(folder.path())?;
+    let table = CornerTable::from_folder(folder)?;
+    // The walk goes where O says.
+    table.check_bounds(folder.path())?;
     let triangles = table.triangle_count();
     ws.progress.begin("swirl", "triangles", triangles);
     let mut tones = vec![0; triangles as usize];
