@@ -41,18 +41,11 @@ def run(command, timeout, memory):
         child = subprocess.Popen(
             command, stdout=out, stderr=err, stdin=subprocess.DEVNULL, preexec_fn=_expendable
         )
-        outcome, seen = None, 0
-        while True:
-            pid, status, usage = os.wait4(child.pid, os.WNOHANG)
-            seconds = time.perf_counter() - start
-            if pid:
-                break
-            seen = max(seen, resident(child.pid))
-            if outcome is None and (seconds > timeout or seen > memory):
-                outcome = "timeout" if seconds > timeout else "memory"
-                child.kill()
-            # Short at first, so that the wall time of a short run is not rounded up to the tick.
-            time.sleep(min(TICK, 0.001 + seconds / 50))
+        try:
+            outcome, status, usage, seconds = watch(child, start, timeout, memory)
+        except BaseException:
+            child.kill()
+            raise
         child.returncode = os.waitstatus_to_exitcode(status)
         out.seek(0), err.seek(0)
         lines, noise = parse(out.read().decode(errors="replace"))
@@ -69,6 +62,22 @@ def run(command, timeout, memory):
         "lines": lines,
         "message": message(outcome, noise, timeout, memory, code),
     }
+
+
+def watch(child, start, timeout, memory):
+    """Waits for a child, and ends it when it takes more than it may: why (or None), status, usage, seconds."""
+    outcome = None
+    while True:
+        pid, status, usage = os.wait4(child.pid, os.WNOHANG)
+        seconds = time.perf_counter() - start
+        if pid:
+            return outcome, status, usage, seconds
+        held = resident(child.pid)
+        if outcome is None and (seconds > timeout or held > memory):
+            outcome = "timeout" if seconds > timeout else "memory"
+            child.kill()
+        # Short at first, so that the wall time of a short run is not rounded up to the tick.
+        time.sleep(min(TICK, 0.001 + seconds / 50))
 
 
 def message(outcome, noise, timeout, memory, code):
