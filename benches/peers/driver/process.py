@@ -58,6 +58,7 @@ def run(command, timeout, memory):
         "outcome": outcome,
         "code": code,
         "wall": seconds,
+        "cpu_seconds": usage.ru_utime + usage.ru_stime,
         "peak_mib": usage.ru_maxrss / 1024,
         "lines": lines,
         "message": message(outcome, noise, timeout, memory, code),
