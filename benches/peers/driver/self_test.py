@@ -72,7 +72,7 @@ def check_outcomes():
     same("what a crashed tool had done", report.phases(crash), {"load": 9.0, "opposites": 1.0})
     killed = process.run(tool(HONEST, "import os; os.abort()"), 60, 2**33)
     same("a signal", (killed["outcome"], killed["code"]), ("crash", -6))
-    hang = process.run(tool(HONEST, "time.sleep(60)"), 1, 2**33)
+    hang = process.run(tool(HONEST, "time.sleep(60)"), 5, 2**33)
     same("a tool that hangs", (hang["outcome"], len(hang["lines"])), ("timeout", 2 + len(HONEST)))
     hoard = process.run(tool(HONEST, "a = bytearray(10**9)\nfor i in range(0, 10**9, 4096): a[i] = 1\ntime.sleep(60)"), 60, 2**28)
     same("a tool that hoards", hoard["outcome"], "memory")
