@@ -60,6 +60,12 @@ def orientation(case, oriented, python):
 
 
 def all_of(case, run, oriented, python):
-    """Every verdict on a run that ended well; a run that did not has answers as far as it came."""
+    """Every verdict on a run. One that did not end well has answers as far as it came; what it did not
+    come to is "not reached", whether it would have been offered or not."""
     said = {line["answer"]: line["value"] for line in run["lines"] if "answer" in line}
-    return {**counts(said, case.truth), **orientation(case, oriented, python)}
+    verdicts = {**counts(said, case.truth), **orientation(case, oriented, python)}
+    if run["outcome"] != "ok":
+        for verdict in verdicts.values():
+            if verdict["verdict"] == "not offered":
+                verdict["verdict"] = "not reached"
+    return verdicts

@@ -5,7 +5,7 @@ from statistics import median
 from judge import ANSWERS
 
 OURS = "cornermill"
-MARK = {"right": "✓", "wrong": "✗", "not offered": "–", "not judged": "?"}
+MARK = {"right": "✓", "wrong": "✗", "not offered": "–", "not reached": "", "not judged": "?"}
 # Below this the kernel's peak may be that of the runner, whose copy the child was before it began (MiB).
 SMALL = 40
 WORD = {"crash": "crashed", "timeout": "timed out", "memory": "out of memory"}
@@ -120,7 +120,7 @@ def markdown(result, titles):
         "Cornermill's. A time beside fewer answers is for less work. On meshes of a few thousand triangles Cornermill's time is "
         "that of starting a process and of syncing files.",
         "",
-        "✓ right, ✗ wrong (what it found, and what is), – not offered. *Components* are held to the count across regular edges "
+        "✓ right, ✗ wrong (what it found, and what is), – not offered, blank not reached. *Components* are held to the count across regular edges "
         "or across all edges, whichever the tool documents; *border* to edges with one triangle or to corners without an opposite.",
         "",
     ]

@@ -74,6 +74,10 @@ def check_outcomes():
     same("a signal", (killed["outcome"], killed["code"]), ("crash", -6))
     hang = process.run(tool(HONEST, "time.sleep(60)"), 5, 2**33)
     same("a tool that hangs", (hang["outcome"], len(hang["lines"])), ("timeout", 2 + len(HONEST)))
+    case = meshes.Case("two tetrahedra", "by hand", truth=TRUTH)
+    hang["lines"] = hang["lines"][:3]
+    said = judge.all_of(case, hang, None, sys.executable)
+    same("what it did not come to", [said[a]["verdict"] for a in ("opposites", "components", "orientation")], ["right"] + ["not reached"] * 2)
     hoard = process.run(tool(HONEST, "a = bytearray(10**9)\nfor i in range(0, 10**9, 4096): a[i] = 1\ntime.sleep(60)"), 60, 2**28)
     same("a tool that hoards", hoard["outcome"], "memory")
     fine = process.run(tool(HONEST, "a = bytearray(200 * 2**20)\nfor i in range(0, len(a), 4096): a[i] = 1"), 60, 2**33)
