@@ -33,6 +33,10 @@ pub struct Args {
     /// How many blobs; without it, one for each 1000 triangles.
     #[arg(long)]
     pub blobs: Option<u64>,
+    /// Sphere: turn the diagonal of each quad of two triangles with this probability, for irregular
+    /// valences.
+    #[arg(long, default_value_t = 0.0)]
+    pub diagonals: f64,
     /// The format; without it, what the name ends in.
     #[arg(long, value_enum)]
     pub format: Option<Format>,
@@ -94,7 +98,7 @@ fn build(args: &Args) -> Result<Box<dyn Mesh>, Error> {
     let triangles = args.triangles.unwrap_or(1_000_000);
     let mesh = args
         .kind
-        .mesh(args.size, triangles, args.blobs, args.seed)?;
+        .mesh(args.size, triangles, args.blobs, args.diagonals, args.seed)?;
     Ok(Box::new(Defects::new(mesh, args.defects, args.seed)?))
 }
 
@@ -129,6 +133,7 @@ pub fn run(args: &Args) -> Result<String, Error> {
     facts["kind"] = json!(name(args.kind));
     facts["order"] = json!(name(order));
     facts["flip"] = json!(args.flip);
+    facts["diagonals"] = json!(args.diagonals);
     facts["defects"] = json!(args.defects);
     facts["seed"] = json!(args.seed);
     facts["format"] = json!(name(target.format));

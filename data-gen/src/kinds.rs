@@ -8,6 +8,7 @@ use crate::grid::{Grid, Shape};
 use crate::loose::{Form, Loose};
 use crate::mesh::Mesh;
 use crate::sphere::Sphere;
+use crate::turned::Turned;
 
 /// The kinds of mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -69,16 +70,23 @@ impl Size {
 }
 
 impl Kind {
-    /// Makes the mesh: of this size, or else of about so many triangles.
+    /// Makes the mesh: of this size, or else of about so many triangles. Of a sphere this share of
+    /// the diagonals is turned.
     pub fn mesh(
         self,
         size: Option<Size>,
         triangles: u64,
         blobs: Option<u64>,
+        diagonals: f64,
         seed: u64,
     ) -> Result<Box<dyn Mesh>, Error> {
         if blobs.is_some() && self != Kind::Blobs {
             return Err(Error::Usage("--blobs goes with the kind blobs only".into()));
+        }
+        if diagonals != 0.0 && self != Kind::Sphere {
+            return Err(Error::Usage(
+                "--diagonals goes with the kind sphere only".into(),
+            ));
         }
         let grid = |shape| self.grid(shape, size, triangles, seed);
         let loose = |form| -> Result<Box<dyn Mesh>, Error> {
@@ -94,6 +102,9 @@ impl Kind {
                         "--size {n}: at most {} here",
                         1 << 25
                     )));
+                }
+                if diagonals != 0.0 {
+                    return Ok(Box::new(Turned::new(n, diagonals, seed)?));
                 }
                 Ok(Box::new(Sphere::new(n, seed)))
             }

@@ -43,6 +43,7 @@ pub mod mesh;
 pub mod noise;
 pub mod sphere;
 pub mod truth;
+pub mod turned;
 pub mod view;
 pub mod write;
 

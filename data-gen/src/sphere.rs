@@ -122,12 +122,49 @@ impl Rings {
         }
     }
 
+    /// The triangle after `t` along its band.
+    pub(crate) fn next(self, t: u64) -> u64 {
+        self.beside(t, self.place(t).band)[1]
+    }
+
+    /// The triangle before `t` along its band.
+    pub(crate) fn before(self, t: u64) -> u64 {
+        self.beside(t, self.place(t).band)[0]
+    }
+
+    fn beside(self, t: u64, band: u64) -> [u64; 2] {
+        let (start, end) = (self.band_start(band), self.band_start(band + 1));
+        let next = if t + 1 == end { start } else { t + 1 };
+        let before = if t == start { end - 1 } else { t - 1 };
+        [before, next]
+    }
+
+    /// Whether `t` lies above the equator.
+    pub(crate) fn is_upper(self, t: u64) -> bool {
+        t < self.triangles() / 2
+    }
+
+    /// The corner of `t` that faces the edge on a ring.
+    pub(crate) fn base(self, t: u64) -> usize {
+        let even = self.place(t).place.is_multiple_of(2);
+        usize::from(self.is_upper(t) != even)
+    }
+
+    /// The triangles of places 2i and 2i + 1 of a strip, of which `t` is one; the last of a strip
+    /// is in no quad.
+    pub(crate) fn quad(self, t: u64) -> Option<[u64; 2]> {
+        let Place { band, place, .. } = self.place(t);
+        match place % 2 {
+            1 => Some([t - 1, t]),
+            _ if place == 2 * self.width(band) => None,
+            _ => Some([t, t + 1]),
+        }
+    }
+
     /// The neighbours across the edges that face the three corners of `t`.
     pub fn neighbours(self, t: u64) -> [u64; 3] {
         let p = self.place(t);
-        let (start, end) = (self.band_start(p.band), self.band_start(p.band + 1));
-        let next = if t + 1 == end { start } else { t + 1 };
-        let before = if t == start { end - 1 } else { t - 1 };
+        let [before, next] = self.beside(t, p.band);
         // The base on the longer ring is shared with the band beyond that ring: there it is the base
         // of an odd place, or across the equator of an even one. And the other way round.
         let even = p.place.is_multiple_of(2);
@@ -278,6 +315,11 @@ impl Sphere {
             rings: Rings { n },
             noise: Noise::new(seed),
         }
+    }
+
+    /// Its combinatorics.
+    pub(crate) fn rings(&self) -> Rings {
+        self.rings
     }
 }
 

@@ -8,6 +8,7 @@ use data_gen::defects::Defects;
 use data_gen::grid::{Grid, Shape};
 use data_gen::loose::{Form, Loose};
 use data_gen::sphere::Sphere;
+use data_gen::turned::Turned;
 use data_gen::{Mesh, Truth};
 
 /// Checks everything that a mesh claims of itself.
@@ -83,6 +84,37 @@ fn spheres() {
     for n in 1..14 {
         check_outward(&format!("sphere {n}"), &Sphere::new(n, n));
     }
+}
+
+#[test]
+fn spheres_with_turned_diagonals() {
+    for n in 4..14 {
+        for (share, seed) in [(0.0, 1), (0.5, n), (0.5, 100 + n), (0.9, n), (1.0, 1)] {
+            let mesh = Turned::new(n, share, seed).unwrap();
+            check_outward(&format!("sphere {n}, {share} turned"), &mesh);
+        }
+    }
+    assert!(Turned::new(3, 0.5, 1).is_err(), "too small");
+}
+
+#[test]
+fn half_of_the_diagonals_are_turned_and_valences_irregular() {
+    let (n, sphere) = (60, Sphere::new(60, 1));
+    let mesh = Turned::new(n, 0.5, 1).unwrap();
+    let mut valence = vec![0; mesh.truth().vertices as usize];
+    let mut changed = 0;
+    for t in 0..mesh.truth().triangles {
+        changed += u64::from(mesh.triangle(t) != sphere.triangle(t));
+        for v in mesh.triangle(t) {
+            valence[v as usize] += 1;
+        }
+    }
+    let quads = (8 * n * n - 8 * n) / 2;
+    let share = changed as f64 / 2.0 / quads as f64;
+    assert!((0.47..0.53).contains(&share), "{share} of {quads} turned");
+    let regular = valence.iter().filter(|v| **v == 6).count();
+    assert!(2 * regular < valence.len(), "{regular} of valence 6");
+    assert!(valence.iter().all(|v| (3..=10).contains(v)));
 }
 
 #[test]
@@ -179,6 +211,7 @@ fn a_rim_of_many_vertices_keeps_them_apart_in_f4() {
 fn one_of_each() -> Vec<(&'static str, Box<dyn Mesh>)> {
     vec![
         ("sphere", Box::new(Sphere::new(13, 2))),
+        ("turned sphere", Box::new(Turned::new(14, 0.5, 2).unwrap())),
         ("torus", Box::new(Grid::new(Shape::Torus, 17, 31, 2))),
         ("terrain", Box::new(Grid::new(Shape::Terrain, 25, 24, 2))),
         ("moebius", Box::new(Grid::new(Shape::Moebius, 14, 40, 2))),
