@@ -1,5 +1,7 @@
 """draco.json as a page of tables."""
 
+import statistics
+
 GRID = ("fast", "strong")
 
 
@@ -97,21 +99,25 @@ def cost(found):
 
 
 def means(found):
-    """Geometric means of the ratios to Draco's smallest."""
-    text = []
-    for level in GRID:
-        ratios = [smallest(row, level) / row["draco_best_bytes"] for _, row in every(found)]
-        product = 1.0
-        for ratio in ratios:
-            product *= ratio ** (1 / len(ratios))
-        text.append(f"`{level}` {product:.3f} ({min(ratios):.3f} to {max(ratios):.3f})")
-    return "In geometric mean over all rows, of Draco's smallest: " + ", ".join(text) + ".\n\n"
+    """Geometric means of the ratios to Draco's smallest, for each number of bits apart."""
+    head = ["bits", "meshes", "`fast` / Draco", "least", "most", "`strong` / Draco", "least", "most"]
+    rows = []
+    for bits in sorted({row["bits"] for _, row in every(found)}):
+        cells = []
+        some = [row for _, row in every(found) if row["bits"] == bits]
+        for level in GRID:
+            ratios = [smallest(row, level) / row["draco_best_bytes"] for row in some]
+            cells += [f"{value:.3f}" for value in (statistics.geometric_mean(ratios), min(ratios), max(ratios))]
+        rows.append([bits, len(some), *cells])
+    return "In geometric mean over the meshes:\n\n" + table(head, rows)
 
 
 def markdown(found):
     if not any(mesh["rows"] for mesh in found["meshes"]):
         return "# Sizes against Draco\n\nNo rows.\n"
     v = found["versions"]
+    rounds = " or ".join(sorted({str(row["rounds"]) for _, row in every(found)}))
+    note = found.get("note", "")
     return (
         f"# Sizes against Draco: {found['cpu']}, {found['cores']} cores\n\n"
         f"{found['date']}, commit {found['commit']}; Debian's draco {v['draco']} and zstd {v['zstd']}. Made by `benches/draco/run`.\n\n"
@@ -127,7 +133,7 @@ def markdown(found):
         "triples of grid nodes, in NumPy. Cornermill's are all equal, or the run fails. Draco works out nodes in floats, and drops triangles "
         "that fall flat on its grid and may round another way, which is what differs.\n\n"
         + back(found)
-        + "## Seconds and memory\n\nWhole processes by turns: median (least to most); memory is the peak that the kernel saw. Draco reads "
+        + f"## Seconds and memory\n\n{note}Whole processes by turns, rounds: {rounds}; median (least to most); memory is the peak that the kernel saw. Draco reads "
         "and writes PLY on one thread. Cornermill reads its folder to encode, and to decode builds a folder that it exports as PLY, within 512 MiB.\n\n"
         + cost(found)
     )
