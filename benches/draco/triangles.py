@@ -72,3 +72,28 @@ def differing(a, b):
 def flat(rows):
     """Triangles of which two corners fell on one node: Draco drops those, as it may."""
     return (rows[:, 0] == rows[:, 1]) | (rows[:, 1] == rows[:, 2]) | (rows[:, 0] == rows[:, 2])
+
+
+def self_test():
+    """The comparison must see what is the same, and each way of not being the same."""
+    random = np.random.default_rng(1)
+    g = random.random((500, 3))
+    nodes = Grid(g, 14).nodes(g)
+    v = np.sort(np.array([random.choice(500, 3, replace=False) for _ in range(900)]), 1)
+    whole = keys(v, nodes)
+    turned = np.stack([np.roll(row, k % 3) for k, row in enumerate(random.permutation(v))])
+    other = random.permutation(500)
+    assert differing(whole, keys(np.argsort(other)[turned], nodes[other])) == (0, 0), "the same, by other numbers"
+    flipped = v.copy()
+    flipped[5] = flipped[5, ::-1]
+    assert differing(whole, keys(flipped, nodes)) == (1, 1), "one triangle flipped"
+    assert differing(whole, keys(v[1:], nodes)) == (1, 0), "one triangle lost"
+    assert differing(whole, keys(np.vstack([v, v[:1]]), nodes)) == (0, 1), "one triangle twice"
+    moved = nodes.copy()
+    moved[v[0, 0], 1] += 1
+    assert min(differing(whole, keys(v, moved))) >= 1, "a vertex moved by a step"
+
+
+if __name__ == "__main__":
+    self_test()
+    print("the comparison sees every difference")
