@@ -18,7 +18,8 @@
 //! missed on the page, and only a wrong answer or a crash fails the run.
 //!
 //! Results go to `benches/results/DATE-MACHINE/build.{md,json}` after every row, so a run that is
-//! cut short keeps the rows that it has; a later run at the same commit adds to them.
+//! cut short keeps the rows that it has; a later run at the same commit adds to them. Another commit
+//! of the same day has a folder of its own, `DATE-MACHINE-2` and so on: none overwrites another's.
 //!
 //! Memory: 1 MiB a thread for the floor, two buffers of at most 256 MiB a thread for the figure of
 //! memory copies. Disk: input, output and scratch, about 60 to 200 bytes a triangle.
@@ -81,6 +82,12 @@ struct Args {
     /// A folder on the disk to work on
     #[arg(long, default_value = env!("CARGO_TARGET_TMPDIR"))]
     dir: PathBuf,
+    /// The folder of results, of this commit or new; also saves rows of another size
+    #[arg(long, conflicts_with_all = ["quick", "no_save"])]
+    out: Option<PathBuf>,
+    /// Only rows that the results of this commit do not have: goes on after an interruption
+    #[arg(long)]
+    missing: bool,
     /// Only print
     #[arg(long)]
     no_save: bool,
@@ -104,7 +111,7 @@ fn main() -> ExitCode {
 
 fn run(mut args: Args) -> Result<()> {
     args.quick |= args.test || !args.bench;
-    args.no_save |= args.quick || args.triangles.is_some();
+    args.no_save |= args.quick || (args.triangles.is_some() && args.out.is_none());
     let cases = chosen(&args)?;
     if args.list {
         for case in &cases {
@@ -122,7 +129,7 @@ fn run(mut args: Args) -> Result<()> {
     let judged = !args.quick && args.triangles.is_none();
     let mut report = Report::new(figures, judged)?;
     if !args.no_save {
-        report.resume();
+        report.resume(args.out.as_deref())?;
     }
     let python = scipy::python();
     if python.is_none() {
@@ -136,6 +143,9 @@ fn run(mut args: Args) -> Result<()> {
     };
     let mut failed = Vec::new();
     for case in &cases {
+        if args.missing && report.has(case) {
+            continue;
+        }
         match turns.row(case) {
             Ok(row) => {
                 report.add(row);

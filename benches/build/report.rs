@@ -18,6 +18,7 @@ pub struct Report {
     cases: Vec<Case>,
     judged: bool,
     rows: Vec<Row>,
+    folder: PathBuf,
 }
 
 impl Report {
@@ -30,18 +31,44 @@ impl Report {
             cases: cases::all(),
             judged,
             rows: Vec::new(),
+            folder: PathBuf::new(),
         })
     }
 
-    /// Takes over the rows that an earlier run of this day, machine and commit has saved.
-    pub fn resume(&mut self) {
-        let text = fs::read(self.path("build.json")).unwrap_or_default();
-        let saved: Value = serde_json::from_slice(&text).unwrap_or_default();
-        // Saved results themselves make the tree differ from the commit.
-        let bare = |commit: &str| commit.trim_end_matches("-dirty").to_owned();
-        if saved["commit"].as_str().map(bare) == Some(bare(&self.commit)) {
-            self.rows = serde_json::from_value(saved["rows"].clone()).unwrap_or_default();
+    /// Settles on a folder, and takes over the rows that an earlier run of this commit saved there:
+    /// `out`, which must not hold another commit's, or the first of this day and machine that does not.
+    pub fn resume(&mut self, out: Option<&Path>) -> Result<()> {
+        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/results");
+        let base = format!("{}-{}", self.date, self.figures.slug());
+        for number in 1.. {
+            let next = match number {
+                1 => dir.join(&base),
+                _ => dir.join(format!("{base}-{number}")),
+            };
+            self.folder = out.map_or(next, Path::to_owned);
+            let path = self.folder.join("build.json");
+            let Ok(text) = fs::read(&path) else {
+                break;
+            };
+            let mut saved: Value = serde_json::from_slice(&text).map_err(at_json(&path))?;
+            let commit = saved["commit"].as_str().unwrap_or("unknown");
+            if bare(commit) == bare(&self.commit) {
+                let rows = saved["rows"].take();
+                self.rows = serde_json::from_value(rows).map_err(at_json(&path))?;
+                break;
+            }
+            if out.is_some() {
+                let path = path.display();
+                return Err(format!("{path}: holds commit {commit}; give another --out").into());
+            }
         }
+        Ok(())
+    }
+
+    /// Whether there is a row of this name on the same mesh.
+    pub fn has(&self, case: &Case) -> bool {
+        let same = |row: &Row| row.name == case.name && row.mesh == case.words();
+        self.rows.iter().any(same)
     }
 
     /// Adds a row, or puts it in the place of the one that has its name.
@@ -259,24 +286,25 @@ impl Report {
         })
     }
 
-    /// The place of a file among the results of this day and machine.
-    fn path(&self, name: &str) -> PathBuf {
-        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/results");
-        dir.join(format!("{}-{}", self.date, self.figures.slug()))
-            .join(name)
-    }
-
-    /// Writes both forms to the results of this day and machine.
+    /// Writes both forms to the folder that was settled on.
     pub fn save(&self) -> Result<()> {
         let json = format!("{:#}\n", self.json());
         for (name, text) in [("build.md", self.markdown()), ("build.json", json)] {
-            let path = self.path(name);
-            let dir = path.parent().unwrap_or(&path);
-            fs::create_dir_all(dir).map_err(at(dir))?;
+            let path = self.folder.join(name);
+            fs::create_dir_all(&self.folder).map_err(at(&self.folder))?;
             fs::write(&path, text).map_err(at(&path))?;
         }
         Ok(())
     }
+}
+
+/// A commit without `-dirty`: saved results themselves make the tree differ.
+fn bare(commit: &str) -> &str {
+    commit.trim_end_matches("-dirty")
+}
+
+fn at_json(path: &Path) -> impl Fn(serde_json::Error) -> String + '_ {
+    move |e| format!("{}: {e}", path.display())
 }
 
 fn mib(bytes: u64) -> String {

@@ -1,0 +1,1 @@
+"""What the comparisons share: the machine's name, measured processes, charts, results folders."""
