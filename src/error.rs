@@ -59,6 +59,33 @@ pub struct BadInput {
     pub help: String,
 }
 
+/// The most characters of a part of a message.
+const PART: usize = 320;
+
+/// Text that may hold words of a file, as a line that a terminal can print: control characters,
+/// which could move its cursor or hide what was said, are spelled, and what is too long is cut.
+pub(crate) fn printable(text: String) -> String {
+    if text.len() <= PART && !text.contains(char::is_control) {
+        return text;
+    }
+    let cut = text
+        .char_indices()
+        .nth(PART)
+        .map_or(text.len(), |(at, _)| at);
+    let mut plain = String::with_capacity(cut);
+    for c in text[..cut].chars() {
+        if c.is_control() {
+            plain.extend(c.escape_default());
+        } else {
+            plain.push(c);
+        }
+    }
+    if cut < text.len() {
+        plain.push_str("...");
+    }
+    plain
+}
+
 impl Error {
     /// A file that does not hold what it must; `at` says where ("byte 120", "line 7").
     pub fn input(
@@ -70,10 +97,10 @@ impl Error {
     ) -> Error {
         Error::Input(Box::new(BadInput {
             path: path.to_owned(),
-            at: at.into(),
-            expected: expected.into(),
-            found: found.into(),
-            help: help.into(),
+            at: printable(at.into()),
+            expected: printable(expected.into()),
+            found: printable(found.into()),
+            help: printable(help.into()),
         }))
     }
 
@@ -136,5 +163,22 @@ impl std::error::Error for Error {
             Error::Io { source, .. } => Some(source),
             _ => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Found by fuzzing: words of a file came out as they were, a terminal's commands included.
+    #[test]
+    fn words_of_a_file_cannot_reach_the_terminal_as_commands() {
+        let long = format!("\u{1b}[2J\u{7}{}", "x".repeat(1 << 20));
+        let error = Error::input(Path::new("m.ply"), "line 2", "a word", long, "");
+        let text = error.to_string();
+        assert!(text.contains("found \\u{1b}[2J\\u{7}xxx"), "{text}");
+        assert!(text.ends_with("xxx...") && text.len() < 400, "{text}");
+        let umlauts = printable("\u{e4}".repeat(1000));
+        assert_eq!(umlauts.chars().count(), PART + 3);
     }
 }

@@ -179,6 +179,12 @@ pub struct Manifest {
     pub checksum: String,
 }
 
+/// What is read before anything else, and says whether the rest can be.
+#[derive(Deserialize)]
+struct Versioned {
+    version: u64,
+}
+
 impl Manifest {
     /// The conventions in words.
     pub fn conventions() -> Vec<String> {
@@ -232,17 +238,26 @@ impl Manifest {
             }
             Err(e) => return Err(Error::io(&path, "read it", e)),
         };
+        if !meta.is_file() {
+            // Reading a pipe would wait for its writer.
+            let found = if meta.is_dir() {
+                "a folder"
+            } else {
+                "a pipe or device"
+            };
+            return bad("a regular file", found.into(), "the folder is none of ours");
+        }
         if meta.len() > MAX_BYTES {
             return bad("at most 64 MiB", format!("{} bytes", meta.len()), "");
         }
         let text = std::fs::read(&path).map_err(|e| Error::io(&path, "read it", e))?;
         let rebuild = "the folder is damaged or of a newer version; build it again, \
                        or use the program that wrote it";
-        let version = serde_json::from_slice::<serde_json::Value>(&text)
-            .ok()
-            .and_then(|v| v.get("version")?.as_u64());
-        if version.is_some_and(|v| v > u64::from(VERSION)) {
-            let found = format!("version {}", version.unwrap_or_default());
+        let versioned = serde_json::from_slice::<Versioned>(&text).ok();
+        if let Some(Versioned { version }) = versioned
+            && version > u64::from(VERSION)
+        {
+            let found = format!("version {version}");
             return bad(
                 &format!("format version {VERSION} or older"),
                 found,

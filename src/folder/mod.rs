@@ -27,6 +27,7 @@ pub use warm::WarmSums;
 use crate::disk::{Counters, DataFile};
 use crate::error::{Error, Result};
 use bytemuck::{Pod, Zeroable};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -79,6 +80,44 @@ pub struct EdgeRow {
 pub const EDGE_DESCR: &str =
     "[('lo', '<u8'), ('hi', '<u8'), ('corners', '<u8'), ('first_corner', '<u8')]";
 
+/// True for the name of a file in the folder itself.
+pub fn is_plain(name: &str) -> bool {
+    !matches!(name, "" | "." | "..") && !name.contains(['/', '\\', '\0'])
+}
+
+/// Opens a file of a folder that may be anybody's: what the manifest names may lie elsewhere, or
+/// be a pipe, which would wait for its writer.
+fn open_plain(folder: &Path, name: &str, io: &Arc<Counters>) -> Result<DataFile> {
+    let bad = |path: &Path, expected: &str, found: String| {
+        let help = "the folder was changed or is none of ours; build it again";
+        Err(Error::input(path, "", expected, found, help))
+    };
+    if !is_plain(name) {
+        let found = format!("the name {name:?}");
+        return bad(&folder.join(MANIFEST), "plain names of files", found);
+    }
+    let path = folder.join(name);
+    let meta = match std::fs::metadata(&path) {
+        Err(e) if e.kind() == ErrorKind::NotFound => {
+            return bad(
+                &path,
+                "an array that the manifest names",
+                "no such file".into(),
+            );
+        }
+        meta => meta.map_err(|e| Error::io(&path, "ask what kind of file it is", e))?,
+    };
+    if !meta.is_file() {
+        let found = if meta.is_dir() {
+            "a folder"
+        } else {
+            "a pipe or device"
+        };
+        return bad(&path, "a regular file", found.into());
+    }
+    DataFile::open(&path, io)
+}
+
 /// A finished mesh folder, opened: manifest read and held to the files' headers.
 #[derive(Debug)]
 pub struct Folder {
@@ -97,7 +136,7 @@ impl Folder {
     pub fn open(path: &Path, io: &Arc<Counters>) -> Result<Folder> {
         let manifest = Manifest::read(path)?;
         for entry in &manifest.files {
-            let file = DataFile::open(&path.join(&entry.name), io)?;
+            let file = open_plain(path, &entry.name, io)?;
             let len = file.len()?;
             if len != entry.bytes {
                 return Err(Error::input(

@@ -9,9 +9,10 @@
 use super::read::Ids;
 use super::verdict::{At, Check, Checked, Findings};
 use crate::disk::{DataFile, Workspace};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, printable};
 use crate::folder::npy::{DATA_START, header_bytes};
 use crate::folder::{self, EdgeRow, FileEntry, Manifest, Orient, block_sums};
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// The arrays of a folder, opened, each as long as its shape says.
@@ -83,8 +84,7 @@ pub(super) fn check(
     let mut open = Vec::new();
     for (place, entry) in manifest.files.iter().enumerate() {
         let again = manifest.files[..place].iter().any(|f| f.name == entry.name);
-        let plain = !entry.name.is_empty() && !entry.name.contains(['/', '\\', '\0']);
-        if again || !plain {
+        if again || !folder::is_plain(&entry.name) {
             findings.add(Check::Manifest, folder::MANIFEST, At::Key("files"), || {
                 let found = format!("the name {:?}", entry.name);
                 (found, "a plain file name, each once".into())
@@ -114,11 +114,18 @@ fn open_file(
 ) -> Result<Option<(DataFile, bool)>> {
     let path = path.join(&entry.name);
     let name = entry.name.as_str();
-    let there = path.try_exists();
-    if !there.map_err(|e| Error::io(&path, "look for it", e))? {
+    let found = match std::fs::metadata(&path) {
+        Ok(meta) if meta.is_file() => None,
+        Ok(meta) if meta.is_dir() => Some("a folder"),
+        // Opening a pipe would wait for its writer.
+        Ok(_) => Some("a pipe or device"),
+        Err(e) if e.kind() == ErrorKind::NotFound => Some("no such file"),
+        Err(e) => return Err(Error::io(&path, "look for it", e)),
+    };
+    if let Some(found) = found {
         findings.add(Check::Header, name, At::File, || {
             let expected = format!("{} bytes, as the manifest says", entry.bytes);
-            ("no such file".into(), expected)
+            (found.into(), expected)
         });
         return Ok(None);
     }
@@ -196,7 +203,10 @@ pub(super) fn notes(path: &Path, manifest: &Manifest) -> Result<Vec<String>> {
     let mut notes = Vec::new();
     for entry in &manifest.files {
         if !KNOWN.contains(&entry.name.as_str()) {
-            notes.push(format!("{}: only its checksum was checked", entry.name));
+            notes.push(printable(format!(
+                "{}: only its checksum was checked",
+                entry.name
+            )));
         }
     }
     let list = std::fs::read_dir(path).map_err(|e| Error::io(path, "list it", e))?;
@@ -206,7 +216,9 @@ pub(super) fn notes(path: &Path, manifest: &Manifest) -> Result<Vec<String>> {
         let name = item.file_name().to_string_lossy().into_owned();
         let ours = name == folder::MANIFEST || manifest.files.iter().any(|f| f.name == name);
         if !ours && names.len() <= FEW_NOTES {
-            names.push(format!("{name}: not part of the folder, not checked"));
+            names.push(printable(format!(
+                "{name}: not part of the folder, not checked"
+            )));
         }
     }
     names.sort();

@@ -6,6 +6,7 @@
 //! Memory: [`Limits::findings`](super::Limits) findings a check, a few hundred bytes each.
 //! I/O: none.
 
+use crate::error::printable;
 use std::fmt;
 use std::sync::Mutex;
 
@@ -265,10 +266,10 @@ impl Findings {
         let (found, expected) = words();
         kept.least.push(Finding {
             check,
-            file: file.to_owned(),
+            file: printable(file.to_owned()),
             at,
-            found,
-            expected,
+            found: printable(found),
+            expected: printable(expected),
         });
         kept.least.sort_by(|a, b| (a.at, a).cmp(&(b.at, b)));
         kept.least.truncate(self.few);

@@ -1,6 +1,7 @@
 //! `verify` accepts what a naive writer makes of every mesh, and notices, by the right check
 //! and at the right id, each way in which such a folder can be wrong.
 
+mod bits;
 mod breaks;
 mod built;
 mod files;

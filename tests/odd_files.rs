@@ -1,0 +1,174 @@
+//! Inputs that are no plain files, or no plain text: folders, devices, pipes, endless lines,
+//! other encodings, links in the way of the target. Each ends in order and within its memory.
+
+mod common;
+
+use common::run::{Run, cornermill_confined, run};
+use std::ffi::OsStr;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use tempfile::TempDir;
+
+/// MiB of address space of a run in a budget of 16 MiB.
+const CONFINED: u32 = 256;
+
+const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+fn dir() -> TempDir {
+    tempfile::tempdir().expect("a temporary directory")
+}
+
+fn build(input: &Path, out: &Path, options: &[&str]) -> Run {
+    let args = [
+        OsStr::new("build"),
+        input.as_ref(),
+        "-o".as_ref(),
+        out.as_ref(),
+    ];
+    let usual = ["--quiet", "--memory", "16MiB", "--threads", "1"];
+    let options = usual.iter().chain(options).map(OsStr::new);
+    cornermill_confined(CONFINED, args.into_iter().chain(options))
+}
+
+/// Builds what must be refused with `code`, in a word, leaving nothing.
+fn refuse(input: &Path, options: &[&str], code: &[i32], word: &str) {
+    let out = dir();
+    let run = build(input, &out.path().join("OUT.ct"), options);
+    assert!(code.contains(&run.code), "{run}");
+    assert!(run.stderr.contains(word), "{word:?} is not said\n{run}");
+    let left = std::fs::read_dir(out.path()).expect("the folder").count();
+    assert_eq!(left, 0, "something is left behind\n{run}");
+}
+
+const FORMATS: [&str; 5] = ["ply", "stl", "obj", "off", "npy"];
+
+#[test]
+fn folders_and_devices_are_no_meshes() {
+    let folder = dir();
+    refuse(folder.path(), &[], &[3, 4], "directory");
+    for format in FORMATS {
+        refuse(folder.path(), &["--format", format], &[3, 4], "");
+        refuse(Path::new("/dev/null"), &["--format", format], &[3], "");
+        refuse(
+            Path::new("/nowhere/at/all"),
+            &["--format", format],
+            &[3, 4],
+            "/nowhere/at/all",
+        );
+    }
+    let raw = ["--raw-index", "u4"];
+    refuse(folder.path(), &raw, &[3, 4], "a folder");
+    refuse(Path::new("/dev/zero"), &raw, &[3], "a pipe or device");
+    refuse(Path::new("/dev/zero"), &[], &[3], "/dev/zero");
+    refuse(
+        Path::new("/dev/zero"),
+        &["--format", "ply"],
+        &[3],
+        "/dev/zero",
+    );
+}
+
+#[test]
+fn a_pipe_is_read_once_or_refused() {
+    let place = dir();
+    let pipe = place.path().join("pipe.obj");
+    let made = Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.expect("mkfifo runs").success());
+    refuse(&pipe, &["--format", "npy"], &[3], "a pipe or device");
+    let writer = {
+        let pipe = pipe.clone();
+        std::thread::spawn(move || std::fs::write(pipe, OBJ))
+    };
+    let out = place.path().join("OUT.ct");
+    build(&pipe, &out, &[]).expect(0);
+    writer
+        .join()
+        .expect("the writer ends")
+        .expect("all is read");
+}
+
+#[test]
+fn other_encodings_are_named_and_marks_passed_over() {
+    let place = dir();
+    let wide: Vec<u8> = OBJ.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let path = place.path().join("m.obj");
+    for mark in [&b"\xff\xfe"[..], b"\xfe\xff"] {
+        std::fs::write(&path, [mark, &wide].concat()).expect("written");
+        refuse(&path, &[], &[3], "UTF-16");
+    }
+    std::fs::write(&path, &wide).expect("written");
+    refuse(&path, &[], &[3], "line 1");
+    for text in [
+        format!("\u{feff}{OBJ}"),
+        OBJ.replace('\n', "\r\n"),
+        OBJ.replace('\n', "\r"),
+        format!("{OBJ}\n\n   \n"),
+        OBJ.trim_end().to_owned(),
+    ] {
+        std::fs::write(&path, &text).expect("written");
+        let run = build(&path, &place.path().join("OUT.ct"), &["--force"]);
+        assert_eq!(run.code, 0, "{text:?}\n{run}");
+    }
+    for text in [
+        OBJ.replace("1 2 3", "1 2\0 3"),
+        OBJ.replace("0 1 0", "0 1\0"),
+    ] {
+        std::fs::write(&path, &text).expect("written");
+        refuse(&path, &[], &[3], "line");
+    }
+}
+
+/// Some hundred MB without an end of line, through a pipe, in 16 MiB.
+#[test]
+fn a_gigantic_line_takes_no_memory() {
+    let starts = [
+        ("obj", "v 0 0 "),
+        ("obj", "f 1 2 "),
+        ("obj", "# "),
+        ("off", "OFF\\n3 1 0\\n"),
+        ("ply", "ply\\nformat ascii 1.0\\ncomment "),
+        ("ply", "ply\\nformat ascii 1.0\\nelement vertex "),
+        ("stl", "solid "),
+    ];
+    for (format, start) in starts {
+        for byte in ["7", " "] {
+            let out = dir();
+            let program = env!("CARGO_BIN_EXE_cornermill");
+            let script = format!(
+                "(printf '{start}'; head -c 300000000 /dev/zero | tr '\\0' '{byte}') | (ulimit -v {}; exec \
+                 \"$0\" build - --format {format} -o \"$1\" --memory 16MiB --threads 1 --quiet)",
+                CONFINED * 1024
+            );
+            let mut command = Command::new("sh");
+            let target = out.path().join("OUT.ct");
+            command.args(["-c", &script, program]).arg(&target);
+            let run = run(command, Stdio::null());
+            assert!(
+                matches!(run.code, 0 | 3),
+                "{format} {start:?} {byte:?}\n{run}"
+            );
+            assert!(run.stderr.len() < 2000, "a long message\n{run}");
+            assert_eq!(target.exists(), run.code == 0);
+        }
+    }
+}
+
+#[test]
+fn links_in_the_target_lead_nowhere_else() {
+    let place = dir();
+    let (mesh, mine) = (place.path().join("m.obj"), place.path().join("mine"));
+    std::fs::write(&mesh, OBJ).expect("written");
+    std::fs::create_dir(&mine).expect("a folder");
+    std::fs::write(mine.join("V.npy"), "precious").expect("written");
+    let out = place.path().join("OUT.ct");
+    symlink(&mine, &out).expect("a link");
+    let run = build(&mesh, &out, &[]);
+    assert_eq!(run.code, 2, "a target that exists, as a link\n{run}");
+    // With --force the link may go or stay; what it leads to is not touched.
+    build(&mesh, &out, &["--force"]);
+    let kept = std::fs::read_to_string(mine.join("V.npy")).expect("my file is there");
+    assert_eq!(kept, "precious");
+    let input = std::fs::read_to_string(&mesh).expect("the input is there");
+    assert_eq!(input, OBJ);
+}
