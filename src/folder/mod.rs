@@ -141,6 +141,14 @@ impl Folder {
         self.manifest.files.iter().any(|f| f.name == name)
     }
 
+    /// What came of reading the arrays, unless one was cut short while it was mapped.
+    ///
+    /// # Errors
+    /// Those of [`Counters::intact`].
+    pub(crate) fn intact<T>(&self, done: Result<T>) -> Result<T> {
+        self.io.intact(done)
+    }
+
     /// Opens one of the arrays for reading; data starts at byte [`npy::DATA_START`].
     ///
     /// # Errors

@@ -8,7 +8,7 @@
 
 use super::read::Ids;
 use super::verdict::{At, Check, Checked, Findings};
-use crate::disk::{DataFile, Workspace};
+use crate::disk::{DataFile, Workspace, fs};
 use crate::error::{Error, Result};
 use crate::folder::npy::{DATA_START, header_bytes};
 use crate::folder::{self, EdgeRow, FileEntry, Manifest, Orient, block_sums};
@@ -199,7 +199,7 @@ pub(super) fn notes(path: &Path, manifest: &Manifest) -> Result<Vec<String>> {
             notes.push(format!("{}: only its checksum was checked", entry.name));
         }
     }
-    let list = std::fs::read_dir(path).map_err(|e| Error::io(path, "list it", e))?;
+    let list = fs::read_dir(path).map_err(|e| Error::io(path, "list it", e))?;
     let mut names = Vec::new();
     for item in list {
         let item = item.map_err(|e| Error::io(path, "list it", e))?;
