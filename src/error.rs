@@ -23,6 +23,8 @@ pub enum Error {
         action: String,
         /// What the system said.
         source: std::io::Error,
+        /// For a full disk, bytes that are wanted still, at least; 0 when that is not known.
+        more: u64,
     },
     /// Scratch space would pass the limit that the user set.
     DiskLimit {
@@ -110,7 +112,23 @@ impl Error {
             path: path.to_owned(),
             action: action.into(),
             source,
+            more: 0,
         }
+    }
+
+    /// True when the system has no room for what is to be written.
+    pub fn is_no_space(&self) -> bool {
+        use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+        let full = [StorageFull, QuotaExceeded, FileTooLarge];
+        matches!(self, Error::Io { source, .. } if full.contains(&source.kind()))
+    }
+
+    /// The same error, with the bytes that are wanted still, at least.
+    pub fn with_more(mut self, bytes: u64) -> Error {
+        if let Error::Io { more, .. } = &mut self {
+            *more = bytes;
+        }
+        self
     }
 }
 
@@ -123,7 +141,14 @@ impl fmt::Display for Error {
                 path,
                 action,
                 source,
-            } => write!(f, "{}: cannot {action}: {source}", path.display()),
+                more,
+            } => {
+                write!(f, "{}: cannot {action}: {source}", path.display())?;
+                if *more > 0 {
+                    write!(f, "; at least {more} bytes more are needed")?;
+                }
+                f.write_str(advice(source.kind()))
+            }
             Error::DiskLimit { need, limit } => write!(
                 f,
                 "scratch space would reach {need} bytes, beyond --max-disk {limit}; \
@@ -140,6 +165,20 @@ impl fmt::Display for Error {
                 "internal error: {what}; the output was not written; please report this"
             ),
         }
+    }
+}
+
+/// What to do about a file operation that the system refused; empty when there is no advice.
+fn advice(kind: std::io::ErrorKind) -> &'static str {
+    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
+    match kind {
+        StorageFull | QuotaExceeded => {
+            "; make room there, put scratch files elsewhere with --tmp, spill less with a larger \
+             --memory, or choose another place with -o"
+        }
+        FileTooLarge => "; allow larger files (ulimit -f), or choose another place",
+        ReadOnlyFilesystem => "; choose a place that can be written with -o or --tmp",
+        _ => "",
     }
 }
 

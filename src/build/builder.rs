@@ -3,6 +3,7 @@
 use super::pipeline::{BuildReport, Clock, Wishes, check_width, run};
 use super::plan::{Strategy, check_least};
 use super::predict::{Prediction, Sizes};
+use super::room::check_before;
 use super::staging::{Staging, parent};
 use crate::chunk::pair::MAX_CHUNK;
 use crate::disk::{Budget, Counters, NoProgress, Progress, Scratch, Workers, Workspace};
@@ -211,6 +212,10 @@ impl Builder {
         let mut request = self.request.clone();
         request.g_path = staging.path().join(folder::G);
         request.wide = self.index == Index::U8;
+        // What is wrong with the input is told by the build itself.
+        if let Ok(told) = self.predict(output) {
+            check_before(&told, &ws.scratch, staging.path())?;
+        }
         let mut clock = Clock::new(&ws);
         let mesh = clock.pass("read", "bytes", 0, || input::open(&ws, &request))?;
         let wishes = Wishes {

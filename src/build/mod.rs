@@ -43,6 +43,7 @@ mod load;
 mod phases;
 mod pipeline;
 mod predict;
+mod room;
 mod staging;
 mod tail;
 mod way;

@@ -6,6 +6,7 @@ use super::coords::{Placed, place};
 use super::in_order::in_order;
 use super::plan::{Plan, Shape, Strategy};
 use super::records::narrow;
+use super::room::{check_after_read, with_need};
 use super::scan::count_ids;
 use super::way::{Way, choose};
 use super::{Job, staging::Staging};
@@ -78,7 +79,7 @@ impl<'a> Clock<'a> {
         self.ws.progress.begin(name, unit, total);
         let usage = || (self.ws.budget.used(), self.ws.scratch.used());
         self.ws.progress.usage(usage().0, usage().1);
-        let done = run();
+        let done = self.ws.io.intact(run());
         self.ws.progress.usage(usage().0, usage().1);
         self.ws.progress.end();
         let after = self.ws.io.now();
@@ -169,15 +170,20 @@ pub fn run(
         strategy: wishes.strategy,
     };
     let doubles = kind == Some(CoordKind::F8);
+    let job = &job;
     let built = match (shape.index == 8, narrow(triangles, vertices), doubles) {
-        (false, true, false) => passes::<u32, u32, f32>(&mut clock, &job, &bounds),
-        (false, true, true) => passes::<u32, u32, f64>(&mut clock, &job, &bounds),
-        (false, false, false) => passes::<u32, u64, f32>(&mut clock, &job, &bounds),
-        (false, false, true) => passes::<u32, u64, f64>(&mut clock, &job, &bounds),
-        (true, _, false) => passes::<u64, u64, f32>(&mut clock, &job, &bounds),
-        (true, _, true) => passes::<u64, u64, f64>(&mut clock, &job, &bounds),
-    }?;
-    let manifest = seal(&mut clock, &job, &built, g_file)?;
+        (false, true, false) => passes::<u32, u32, f32>(&mut clock, job, &bounds),
+        (false, true, true) => passes::<u32, u32, f64>(&mut clock, job, &bounds),
+        (false, false, false) => passes::<u32, u64, f32>(&mut clock, job, &bounds),
+        (false, false, true) => passes::<u32, u64, f64>(&mut clock, job, &bounds),
+        (true, _, false) => passes::<u64, u64, f32>(&mut clock, job, &bounds),
+        (true, _, true) => passes::<u64, u64, f64>(&mut clock, job, &bounds),
+    };
+    let sealed = built.and_then(|built| {
+        let manifest = seal(&mut clock, job, &built, g_file)?;
+        Ok((built, manifest))
+    });
+    let (built, manifest) = sealed.map_err(|e| with_need(e, job))?;
     let (chunk_triangles, seam_corners) = (job.plan.chunk, built.seam_corners);
     clock.pass("rename", "", 0, || staging.finish())?;
     Ok(BuildReport {
@@ -253,6 +259,7 @@ fn passes<I: Index, W: Index, X: Coord>(
     bounds: &Bounds,
 ) -> Result<Built> {
     let mut way = choose::<I>(job)?;
+    check_after_read(job, way)?;
     loop {
         let done = match way {
             Way::InOrder { whatever } => in_order::<I, W, X>(clock, job, bounds, whatever)?,

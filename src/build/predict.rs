@@ -161,7 +161,7 @@ fn enough(shape: &Shape, labels: u64) -> Result<u64> {
 }
 
 /// The arrays of a folder with one component and no culprits.
-fn arrays(shape: &Shape) -> Vec<FileEntry> {
+pub fn arrays(shape: &Shape) -> Vec<FileEntry> {
     let (t, index) = (shape.triangles, shape.index);
     let id = format!("<u{index}");
     let entry = |name: &str, dtype: &str, dims: &[u64], row: u64| FileEntry {

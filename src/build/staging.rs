@@ -3,9 +3,9 @@
 //! Why beside: a rename within one file system is atomic, so the target either does not exist
 //! or is whole. A build that fails removes what it made.
 
+use crate::disk::fs;
 use crate::error::{Error, Result};
 use crate::folder;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A folder that is removed on drop unless it was put in its place.
@@ -123,7 +123,5 @@ pub fn parent(path: &Path) -> &Path {
 }
 
 fn sync_dir(path: &Path) -> Result<()> {
-    fs::File::open(path)
-        .and_then(|dir| dir.sync_all())
-        .map_err(|e| Error::io(path, "sync the folder", e))
+    fs::sync_dir(path).map_err(|e| Error::io(path, "sync the folder", e))
 }

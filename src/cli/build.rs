@@ -4,7 +4,7 @@ use super::progress;
 use super::work::WorkArgs;
 use super::{Outcome, print, to_json};
 use crate::build::{Builder, IndexChoice, Strategy};
-use crate::disk::Counters;
+use crate::disk::{Counters, fs};
 use crate::error::{Error, Result};
 use crate::folder::{Folder, Orient};
 use crate::input::{CoordKind, Endian, Format, IndexKind};
@@ -194,7 +194,7 @@ fn show(
 ) -> Result<()> {
     match &args.json {
         Some(to) if to == Path::new("-") => print(&to_json(report)?)?,
-        Some(to) => std::fs::write(to, to_json(report)?)
+        Some(to) => fs::write(to, to_json(report)?.as_bytes())
             .map_err(|e| Error::io(to, "write the report", e))?,
         None => {}
     }

@@ -9,10 +9,10 @@ use super::{Outcome, print};
 use crate::build::{Builder, parent};
 use crate::codec::decode::decode;
 use crate::codec::file::Packed;
-use crate::disk::Workspace;
+use crate::disk::{Workspace, fs};
 use crate::error::{Error, Result};
 use crate::export::{ExportRequest, Format, export};
-use crate::folder::{Folder, Orient};
+use crate::folder::{Folder, MANIFEST, Orient};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -43,14 +43,13 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
         )));
     }
     let ws = args.work.workspace(parent(&args.output))?;
+    let packed = Packed::open(&ws.budget, &ws.io, &args.file)?;
+    refuse(args, packed.head.coords > 0)?;
     let dir = ws.scratch.first_dir().to_owned();
-    let temp = tempfile::Builder::new()
-        .prefix(".cornermill-decode-")
-        .tempdir_in(&dir)
+    let temp = fs::create_temporary_dir(&dir, ".cornermill-decode-")
         .map_err(|e| Error::io(&dir, "make a folder there", e))?;
     let (v, g) = (temp.path().join("V.npy"), temp.path().join("G.npy"));
     let count = {
-        let packed = Packed::open(&ws.budget, &ws.io, &args.file)?;
         let count = decode(&ws, &packed, &v, &g)?;
         let points = packed.head.coords > 0;
         drop(packed);
@@ -87,6 +86,22 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
         ))?;
     }
     Ok(Outcome::Done)
+}
+
+/// What cannot end well is refused before anything is decoded.
+fn refuse(args: &DecodeArgs, points: bool) -> Result<()> {
+    let (output, format) = (&args.output, Format::of(&args.output));
+    let why = match format {
+        Some(format) if format != Format::Npy && !points => {
+            "the file has no coordinates, so only a folder or npy can be written"
+        }
+        Some(_) if output.is_dir() => "is a folder, and a file is to be written; give another name",
+        None if output.symlink_metadata().is_ok() && !output.join(MANIFEST).is_file() => {
+            "is no mesh folder, so --force does not replace it; give another name"
+        }
+        _ => return Ok(()),
+    };
+    Err(Error::Usage(format!("{}: {why}", output.display())))
 }
 
 /// Builds a folder from the arrays.

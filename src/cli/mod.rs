@@ -76,6 +76,7 @@ enum Outcome {
 
 /// Reads the arguments, runs the subcommand, says what went wrong, and returns the exit code.
 pub fn run() -> ExitCode {
+    crate::disk::report_long_files();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(e) => {
@@ -85,6 +86,29 @@ pub fn run() -> ExitCode {
             return ExitCode::from(code);
         }
     };
+    let (code, said) = execute(&cli);
+    if let Some(said) = said {
+        // Where even stderr cannot be written, the exit code still tells.
+        let _ = writeln!(std::io::stderr(), "cornermill: {said}");
+    }
+    ExitCode::from(code)
+}
+
+/// For tests: runs a command given by its arguments, the program's name first, in this process;
+/// its exit code, and what it would say on stderr.
+#[doc(hidden)]
+pub fn run_here(args: &[std::ffi::OsString]) -> (u8, String) {
+    match Cli::try_parse_from(args) {
+        Ok(cli) => {
+            let (code, said) = execute(&cli);
+            (code, said.unwrap_or_default())
+        }
+        Err(e) => (2, e.to_string()),
+    }
+}
+
+/// Runs the subcommand; the exit code, and what went wrong.
+fn execute(cli: &Cli) -> (u8, Option<String>) {
     let command = || match &cli.command {
         Command::Build(args) => build::run(args),
         Command::Check(args) => check::run(args),
@@ -105,13 +129,9 @@ pub fn run() -> ExitCode {
     let done =
         std::panic::catch_unwind(std::panic::AssertUnwindSafe(command)).unwrap_or_else(fault);
     match done {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::CheckFailed) => ExitCode::from(1),
-        Err(e) => {
-            // Where even stderr cannot be written, the exit code still tells.
-            let _ = writeln!(std::io::stderr(), "cornermill: {e}");
-            ExitCode::from(code_of(&e))
-        }
+        Ok(Outcome::Done) => (0, None),
+        Ok(Outcome::CheckFailed) => (1, None),
+        Err(e) => (code_of(&e), Some(e.to_string())),
     }
 }
 

@@ -85,6 +85,7 @@ pub(super) fn run(args: &PathArgs) -> Result<Outcome> {
     } else if !args.work.quiet {
         print_text(args, &table, &mut path, written.as_ref())?;
     }
+    table.intact()?;
     Ok(Outcome::Done)
 }
 
@@ -108,7 +109,7 @@ impl Strip for Triangles<'_, '_> {
             }
             f(triangle)?;
         }
-        Ok(())
+        self.table.intact()
     }
 }
 

@@ -68,7 +68,11 @@ pub(super) fn run(args: &SwirlArgs) -> Result<Outcome> {
     let mut met = Met::default();
     // One more is looked for than listed: it tells whether the walk was complete.
     let complete = loop {
-        let Some(walked) = walk.next().transpose()? else {
+        let walked = walk.next().transpose();
+        if walked.is_err() {
+            table.intact()?;
+        }
+        let Some(walked) = walked? else {
             break true;
         };
         match walked {
@@ -82,6 +86,7 @@ pub(super) fn run(args: &SwirlArgs) -> Result<Outcome> {
             out.text(&line(&table, &walked))?;
         }
     };
+    table.intact()?;
     finish(args, out, &met, complete)?;
     Ok(Outcome::Done)
 }

@@ -55,6 +55,14 @@ impl Budget {
     /// [`Error::Budget`] when that would pass the limit; it names the total that would do.
     pub fn lease(&self, what: &str, bytes: u64) -> Result<Lease> {
         let inner = &self.0;
+        #[cfg(debug_assertions)]
+        if super::faults::refused() {
+            return Err(Error::Budget {
+                what: what.to_owned(),
+                need: self.used().saturating_add(bytes),
+                have: inner.limit,
+            });
+        }
         let taken = inner
             .used
             .fetch_update(Ordering::Relaxed, Ordering::Relaxed, |used| {

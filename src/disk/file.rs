@@ -3,17 +3,17 @@
 //! Reads and writes go to the caller's buffer, so memory is the caller's; every byte is
 //! counted. Offsets make the calls independent of each other: threads share one file.
 
-use super::Counters;
+use super::{Counters, fs};
 use crate::error::{Error, Result};
 use std::fs::File;
-use std::os::unix::fs::FileExt;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// An open file with its path and the counters that its traffic is added to.
 #[derive(Debug)]
 pub struct DataFile {
-    file: File,
+    file: Arc<File>,
     path: PathBuf,
     io: Arc<Counters>,
 }
@@ -24,7 +24,8 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`] with the path.
     pub fn open(path: &Path, io: &Arc<Counters>) -> Result<DataFile> {
-        let file = File::open(path).map_err(|e| Error::io(path, "open it for reading", e))?;
+        let file = fs::open(path, File::options().read(true))
+            .map_err(|e| Error::io(path, "open it for reading", e))?;
         Ok(DataFile::from_file(file, path, io))
     }
 
@@ -33,12 +34,7 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`] with the path.
     pub fn create_new(path: &Path, io: &Arc<Counters>) -> Result<DataFile> {
-        let file = File::options()
-            .read(true)
-            .write(true)
-            .create_new(true)
-            .open(path)
-            .map_err(|e| Error::io(path, "create it", e))?;
+        let file = fs::create_new(path).map_err(|e| Error::io(path, "create it", e))?;
         Ok(DataFile::from_file(file, path, io))
     }
 
@@ -47,17 +43,14 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`] with the path.
     pub fn open_rw(path: &Path, io: &Arc<Counters>) -> Result<DataFile> {
-        let file = File::options()
-            .read(true)
-            .write(true)
-            .open(path)
+        let file = fs::open(path, File::options().read(true).write(true))
             .map_err(|e| Error::io(path, "open it for writing", e))?;
         Ok(DataFile::from_file(file, path, io))
     }
 
     pub(super) fn from_file(file: File, path: &Path, io: &Arc<Counters>) -> DataFile {
         DataFile {
-            file,
+            file: Arc::new(file),
             path: path.to_owned(),
             io: Arc::clone(io),
         }
@@ -68,7 +61,7 @@ impl DataFile {
         &self.path
     }
 
-    pub(super) fn raw(&self) -> &File {
+    pub(super) fn raw(&self) -> &Arc<File> {
         &self.file
     }
 
@@ -81,10 +74,7 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`].
     pub fn len(&self) -> Result<u64> {
-        let meta = self.file.metadata();
-        Ok(meta
-            .map_err(|e| Error::io(&self.path, "ask its length", e))?
-            .len())
+        fs::length(&self.file, &self.path).map_err(|e| Error::io(&self.path, "ask its length", e))
     }
 
     /// True when the file has no byte.
@@ -100,8 +90,7 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`].
     pub fn set_len(&self, bytes: u64) -> Result<()> {
-        self.file
-            .set_len(bytes)
+        fs::set_len(&self.file, &self.path, bytes)
             .map_err(|e| Error::io(&self.path, format!("set its length to {bytes} bytes"), e))
     }
 
@@ -110,14 +99,18 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`], also when the file ends before `buf` is full.
     pub fn read_at(&self, buf: &mut [u8], at: u64) -> Result<()> {
-        self.file.read_exact_at(buf, at).map_err(|e| {
-            Error::io(
-                &self.path,
-                format!("read {} bytes at byte {at}", buf.len()),
-                e,
-            )
-        })?;
-        self.io.add_read(buf.len() as u64);
+        let failed =
+            |bytes, e| Error::io(&self.path, format!("read {bytes} bytes at byte {at}"), e);
+        let mut done = 0;
+        while done < buf.len() {
+            match fs::read_at(&self.file, &self.path, &mut buf[done..], at + done as u64) {
+                Ok(0) => return Err(failed(buf.len(), ErrorKind::UnexpectedEof.into())),
+                Ok(n) => done += n,
+                Err(e) if e.kind() == ErrorKind::Interrupted => {}
+                Err(e) => return Err(failed(buf.len(), e)),
+            }
+        }
+        self.io.add_read(done as u64);
         Ok(())
     }
 
@@ -128,10 +121,10 @@ impl DataFile {
     pub fn read_some_at(&self, buf: &mut [u8], at: u64) -> Result<usize> {
         let mut done = 0;
         while done < buf.len() {
-            match self.file.read_at(&mut buf[done..], at + done as u64) {
+            match fs::read_at(&self.file, &self.path, &mut buf[done..], at + done as u64) {
                 Ok(0) => break,
                 Ok(n) => done += n,
-                Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+                Err(e) if e.kind() == ErrorKind::Interrupted => {}
                 Err(e) => {
                     return Err(Error::io(&self.path, format!("read at byte {at}"), e));
                 }
@@ -146,14 +139,20 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`].
     pub fn write_at(&self, buf: &[u8], at: u64) -> Result<()> {
-        self.file.write_all_at(buf, at).map_err(|e| {
-            Error::io(
-                &self.path,
-                format!("write {} bytes at byte {at}", buf.len()),
-                e,
-            )
-        })?;
-        self.io.add_written(buf.len() as u64);
+        let failed = |e| {
+            let action = format!("write {} bytes at byte {at}", buf.len());
+            Error::io(&self.path, action, e)
+        };
+        let mut done = 0;
+        while done < buf.len() {
+            match fs::write_at(&self.file, &self.path, &buf[done..], at + done as u64) {
+                Ok(0) => return Err(failed(ErrorKind::WriteZero.into())),
+                Ok(n) => done += n,
+                Err(e) if e.kind() == ErrorKind::Interrupted => {}
+                Err(e) => return Err(failed(e)),
+            }
+        }
+        self.io.add_written(done as u64);
         Ok(())
     }
 
@@ -162,8 +161,7 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`].
     pub fn sync(&self) -> Result<()> {
-        self.file
-            .sync_all()
+        fs::sync(&self.file, &self.path)
             .map_err(|e| Error::io(&self.path, "sync it to the device", e))
     }
 }

@@ -6,10 +6,17 @@
 
 mod budget;
 mod counters;
+#[cfg(debug_assertions)]
+#[doc(hidden)]
+pub mod faults;
 mod file;
+#[doc(hidden)]
+pub mod fs;
 mod hints;
+mod lost;
 mod progress;
 mod scratch;
+pub mod space;
 mod target;
 mod window;
 mod workers;
@@ -17,6 +24,7 @@ mod workers;
 pub use budget::{Budget, Lease};
 pub use counters::{Counters, IoCount};
 pub use file::DataFile;
+pub use lost::report_long_files;
 pub use progress::{NoProgress, Progress};
 pub use scratch::{Scratch, ScratchFile};
 pub use target::Target;

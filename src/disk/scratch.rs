@@ -7,7 +7,7 @@
 //! What counts is what was written: a range that is only reserved is a hole in the file, and a
 //! range that is freed becomes one again, where the file system knows holes.
 
-use super::{Counters, DataFile};
+use super::{Counters, DataFile, fs};
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -70,7 +70,7 @@ impl Scratch {
     pub fn file(&self, what: &str) -> Result<ScratchFile> {
         let turn = self.0.next.fetch_add(1, Ordering::Relaxed);
         let dir = &self.0.dirs[turn % self.0.dirs.len()];
-        let file = tempfile::tempfile_in(dir)
+        let file = fs::create_nameless(dir)
             .map_err(|e| Error::io(dir, format!("create a temporary file for {what} there"), e))?;
         Ok(ScratchFile {
             data: DataFile::from_file(file, &dir.join(format!("(temporary: {what})")), &self.0.io),
@@ -88,6 +88,16 @@ impl Scratch {
     /// The most bytes that were in use at once.
     pub fn peak(&self) -> u64 {
         self.0.peak.load(Ordering::Relaxed)
+    }
+
+    /// The most bytes that may be in use at once.
+    pub fn limit(&self) -> u64 {
+        self.0.limit
+    }
+
+    /// The folders.
+    pub fn dirs(&self) -> &[PathBuf] {
+        &self.0.dirs
     }
 
     /// The first folder, for messages and free-space questions.

@@ -5,6 +5,7 @@
 //!
 //! Memory: none that grows. I/O: what its owner writes.
 
+use super::fs::{self, Stream};
 use super::{Counters, DataFile};
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -15,6 +16,7 @@ use tempfile::NamedTempFile;
 #[derive(Debug)]
 pub struct Target {
     temp: NamedTempFile,
+    stream: Stream,
     path: PathBuf,
     force: bool,
 }
@@ -48,15 +50,12 @@ impl Target {
                 path.display()
             )));
         }
-        // A plain new file's permissions (less the umask), not a private temporary one's.
-        let temp = tempfile::Builder::new()
-            .prefix(".cornermill-")
-            .suffix(".tmp")
-            .permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666))
-            .tempfile_in(dir)
-            .map_err(|e| Error::io(dir, "create a file there", e))?;
+        let failed = |e| Error::io(dir, "create a file there", e);
+        let temp = fs::create_temporary(dir).map_err(failed)?;
+        let stream = Stream::new(temp.as_file().try_clone().map_err(failed)?, path);
         Ok(Target {
             temp,
+            stream,
             path: path.to_owned(),
             force,
         })
@@ -76,8 +75,17 @@ impl Target {
     }
 
     /// The file, to write to.
-    pub fn file(&mut self) -> &mut std::fs::File {
-        self.temp.as_file_mut()
+    pub fn file(&mut self) -> &mut Stream {
+        &mut self.stream
+    }
+
+    /// Bytes of the file so far.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn bytes(&self) -> Result<u64> {
+        let length = fs::length(self.temp.as_file(), &self.path);
+        length.map_err(|e| Error::io(&self.path, "ask its length", e))
     }
 
     /// Syncs the file and gives it its name.
@@ -85,19 +93,15 @@ impl Target {
     /// # Errors
     /// [`Error::Usage`] when a file of that name has appeared meanwhile; [`Error::Io`].
     pub fn keep(self) -> Result<PathBuf> {
-        let Target { temp, path, force } = self;
-        temp.as_file()
-            .sync_all()
+        let Target {
+            temp, path, force, ..
+        } = self;
+        fs::sync(temp.as_file(), &path)
             .map_err(|e| Error::io(&path, "sync it to the device", e))?;
-        let kept = if force {
-            temp.persist(&path)
-        } else {
-            temp.persist_noclobber(&path)
-        };
-        match kept {
-            Ok(_) => Ok(path),
-            Err(e) if e.error.kind() == std::io::ErrorKind::AlreadyExists => Err(exists(&path)),
-            Err(e) => Err(Error::io(&path, "give the finished file its name", e.error)),
+        match fs::persist(temp, &path, force) {
+            Ok(()) => Ok(path),
+            Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => Err(exists(&path)),
+            Err(e) => Err(Error::io(&path, "give the finished file its name", e)),
         }
     }
 }

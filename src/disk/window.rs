@@ -1,20 +1,42 @@
-//! A part of a file mapped read-only: the one place of the crate with unsafe code and mmap.
+//! A part of a file mapped read-only. This and [`lost`](super::lost), which handles what the
+//! system does when a mapped file shrinks, are the only places with unsafe code.
 //!
 //! A window covers what a pass looks at now and is dropped before the next, so resident
 //! memory is the window's length, which its owner leases from the budget.
+//!
+//! A file that another process cuts short reads as zeros behind its new end; so whoever read from
+//! a window must ask before the outcome is believed. Windows tell the counters of their file when
+//! they are dropped, and those are asked at the end of each pass ([`Counters::intact`]); what is
+//! mapped for longer is asked itself ([`Window::check`]).
 
 #![allow(unsafe_code)]
 
-use super::DataFile;
+use super::lost::Watch;
+use super::{Counters, DataFile, fs};
 use crate::error::{Error, Result};
 use bytemuck::Pod;
 use memmap2::{Mmap, MmapOptions};
+use std::fs::File;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 /// `len` bytes of a file from byte `at`, mapped read-only.
 #[derive(Debug)]
 pub struct Window {
-    map: Option<Mmap>,
+    mapped: Option<Mapped>,
     lead: usize,
+}
+
+/// Fields are dropped in this order: the watch before what it watches.
+#[derive(Debug)]
+struct Mapped {
+    watch: Watch,
+    map: Mmap,
+    file: Arc<File>,
+    path: PathBuf,
+    /// End of the window in the file.
+    end: u64,
+    io: Arc<Counters>,
 }
 
 /// Mapping offsets are multiples of this: the largest page size in common use is 64 KiB.
@@ -62,7 +84,10 @@ impl Window {
             ));
         }
         if len == 0 {
-            return Ok(Window { map: None, lead: 0 });
+            return Ok(Window {
+                mapped: None,
+                lead: 0,
+            });
         }
         let start = at / PAGE * PAGE;
         let lead = (at - start) as usize;
@@ -71,34 +96,84 @@ impl Window {
         if populate {
             options.populate();
         }
+        let failed = |e| Error::io(file.path(), format!("map {len} bytes at byte {at}"), e);
+        fs::pass(fs::Call::Map, file.path(), 0).map_err(failed)?;
         // SAFETY: the mapping is read-only and lives as long as this window. Its length was
         // checked against the file just now. What can still go wrong: another process that
-        // shortens the file while the window lives makes a read of the lost pages raise
-        // SIGBUS, and one that writes to it changes the bytes under us. Both are the user
-        // changing an input during a build; every value read here is checked after it is
-        // copied out, so changed bytes cannot break memory safety of what follows.
-        let map = unsafe { options.map(file.raw()) }
-            .map_err(|e| Error::io(file.path(), format!("map {len} bytes at byte {at}"), e))?;
+        // shortens the file while the window lives, which the watch turns into zeros and an
+        // error, and one that writes to it, which changes the bytes under us. Every value read
+        // here is checked after it is copied out, so neither can break memory safety of what
+        // follows.
+        let map = unsafe { options.map(file.raw()) }.map_err(failed)?;
         Ok(Window {
-            map: Some(map),
+            mapped: Some(Mapped {
+                watch: Watch::over(&map),
+                map,
+                file: Arc::clone(file.raw()),
+                path: file.path().to_owned(),
+                end: at + len as u64,
+                io: Arc::clone(file.counters()),
+            }),
             lead,
         })
     }
 
     /// The bytes.
     pub fn bytes(&self) -> &[u8] {
-        self.map.as_ref().map_or(&[], |map| &map[self.lead..])
+        let all = self.mapped.as_ref().map(|mapped| &mapped.map[..]);
+        all.map_or(&[], |all| &all[self.lead..])
+    }
+
+    /// Whether all bytes that were read so far were those of the file.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when the file was cut short since it was mapped, [`Error::Io`] when the
+    /// device could not deliver a part of it.
+    pub fn check(&self) -> Result<()> {
+        self.mapped.as_ref().map_or(Ok(()), Mapped::check)
     }
 
     /// The bytes as an array of plain values in the machine's byte order.
     ///
     /// `None` when the window's start is not aligned to T, or its length is no multiple of T.
     pub fn slice<T: Pod>(&self) -> Option<&[T]> {
-        if self.map.is_none() {
+        if self.mapped.is_none() {
             // Nothing is mapped, so there is nothing to be aligned.
             return Some(&[]);
         }
         bytemuck::try_cast_slice(self.bytes()).ok()
+    }
+}
+
+impl Mapped {
+    fn check(&self) -> Result<()> {
+        let length = self.file.metadata();
+        let length = length
+            .map_err(|e| Error::io(&self.path, "ask its length", e))?
+            .len();
+        if length < self.end {
+            return Err(Error::input(
+                &self.path,
+                format!("byte {length}"),
+                format!("a file of at least {} bytes, as it was before", self.end),
+                "its end",
+                "it was cut short while it was read; do not change it meanwhile",
+            ));
+        }
+        if self.watch.lost() {
+            let source = std::io::Error::other("a mapped part of it could not be read");
+            let action = format!("read it up to byte {}", self.end);
+            return Err(Error::io(&self.path, action, source));
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Mapped {
+    fn drop(&mut self) {
+        if let Err(e) = self.check() {
+            self.io.lose(e);
+        }
     }
 }
 

@@ -226,16 +226,20 @@ fn export_file<'a>(
     let mut job = Job::start(ws, folder, request, strip)?;
     let mut bytes = 0;
     let mut files = Vec::new();
-    // G before V: where NAME.npy is, its coordinates are complete too.
+    let mut complete = None;
     if let Some(mut beside) = beside {
         let mut sink = Sink::new(beside.file(), npy::path_of_g(&request.target), &ws.io);
         npy::write_g(&mut job, &mut sink)?;
         bytes += sink.finish()?;
-        files.push(beside.keep()?);
+        complete = Some(beside);
     }
     let mut sink = Sink::new(target.file(), request.target.clone(), &ws.io);
     job.write(&mut sink)?;
     bytes += sink.finish()?;
+    // G before V: where NAME.npy is, its coordinates are complete too.
+    if let Some(beside) = complete {
+        files.push(beside.keep()?);
+    }
     files.push(target.keep()?);
     Ok(job.count(bytes, files))
 }

@@ -5,6 +5,7 @@
 //!
 //! Memory: the text (O(files + blocks of 64 MiB)). I/O: the text.
 
+use crate::disk::fs;
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -227,7 +228,7 @@ impl Manifest {
         let bad = |expected: &str, found: String, help: &str| {
             Err(Error::input(&path, "", expected, found, help))
         };
-        let meta = match std::fs::metadata(&path) {
+        let meta = match fs::metadata(&path) {
             Ok(meta) => meta,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
                 return bad(
@@ -250,7 +251,7 @@ impl Manifest {
         if meta.len() > MAX_BYTES {
             return bad("at most 64 MiB", format!("{} bytes", meta.len()), "");
         }
-        let text = std::fs::read(&path).map_err(|e| Error::io(&path, "read it", e))?;
+        let text = fs::read_up_to(&path, MAX_BYTES).map_err(|e| Error::io(&path, "read it", e))?;
         let rebuild = "the folder is damaged or of a newer version; build it again, \
                        or use the program that wrote it";
         let versioned = serde_json::from_slice::<Versioned>(&text).ok();

@@ -24,7 +24,7 @@ pub use rows::{
 pub use seal::{BLOCK, block_sums, digest_file, digest_of_blocks, digest_warm, warm_sums};
 pub use warm::WarmSums;
 
-use crate::disk::{Counters, DataFile};
+use crate::disk::{Counters, DataFile, fs};
 use crate::error::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use std::io::ErrorKind;
@@ -97,7 +97,7 @@ fn open_plain(folder: &Path, name: &str, io: &Arc<Counters>) -> Result<DataFile>
         return bad(&folder.join(MANIFEST), "plain names of files", found);
     }
     let path = folder.join(name);
-    let meta = match std::fs::metadata(&path) {
+    let meta = match fs::metadata(&path) {
         Err(e) if e.kind() == ErrorKind::NotFound => {
             return bad(
                 &path,
@@ -178,6 +178,14 @@ impl Folder {
     /// True when the folder has this array.
     pub fn has(&self, name: &str) -> bool {
         self.manifest.files.iter().any(|f| f.name == name)
+    }
+
+    /// What came of reading the arrays, unless one was cut short while it was mapped.
+    ///
+    /// # Errors
+    /// Those of [`Counters::intact`].
+    pub(crate) fn intact<T>(&self, done: Result<T>) -> Result<T> {
+        self.io.intact(done)
     }
 
     /// Opens one of the arrays for reading; data starts at byte [`npy::DATA_START`].

@@ -11,7 +11,7 @@
 //! Source: NumPy Enhancement Proposal 1, "A Simple File Format for NumPy Arrays".
 
 use super::{CoordArray, CoordKind, Endian, IndexArray, IndexKind, Mesh, Request, Source};
-use crate::disk::{DataFile, Workspace};
+use crate::disk::{DataFile, Workspace, fs};
 use crate::error::{Error, Result};
 use crate::folder::npy::Header;
 use crate::folder::{InputEntry, WarmSums};
@@ -188,8 +188,7 @@ fn open_regular(ws: &Workspace, path: &Path) -> Result<DataFile> {
         ));
     }
     // Asked before opening: opening a pipe waits for its writer.
-    let meta =
-        std::fs::metadata(path).map_err(|e| Error::io(path, "ask what kind of file it is", e))?;
+    let meta = fs::metadata(path).map_err(|e| Error::io(path, "ask what kind of file it is", e))?;
     if !meta.is_file() {
         let found = if meta.is_dir() {
             "a folder"

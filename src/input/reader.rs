@@ -8,10 +8,10 @@
 //! Memory: one buffer (1 MiB, less when the budget is tight) and 8 bytes for every 64 MiB
 //! read. I/O: the input once.
 
+use crate::disk::fs::Stream;
 use crate::disk::{Budget, Counters, Lease, Progress, Workspace};
 use crate::error::{Error, Result};
 use crate::folder::{BLOCK, InputDigest, digest_of_blocks};
-use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -52,7 +52,7 @@ impl ByteReader {
     /// # Errors
     /// [`Error::Io`], [`Error::Budget`] for the buffer.
     pub fn open(ws: &Workspace, path: &Path) -> Result<ByteReader> {
-        let file = File::open(path).map_err(|e| Error::io(path, "open it for reading", e))?;
+        let file = Stream::open(path).map_err(|e| Error::io(path, "open it for reading", e))?;
         let meta = file
             .metadata()
             .map_err(|e| Error::io(path, "ask its length", e))?;
@@ -255,13 +255,20 @@ impl ByteReader {
     /// Reads the rest, and gives the digest of the whole input.
     ///
     /// # Errors
-    /// [`Error::Io`].
+    /// [`Error::Input`] when a file ends before it did when it was opened; [`Error::Io`].
     pub fn finish(mut self) -> Result<InputDigest> {
         loop {
             self.consume(usize::MAX);
             if !self.more()? {
-                return Ok(self.digest.finish());
+                break;
             }
+        }
+        match self.length.filter(|_| self.regular) {
+            // A text that was cut between two lines would pass for a smaller mesh.
+            Some(length) if self.offset < length => {
+                Err(self.cut_short(format!("{length} bytes, as it was when it was opened")))
+            }
+            _ => Ok(self.digest.finish()),
         }
     }
 }

@@ -12,7 +12,7 @@ use super::open::{begin, find, find_arrays, welds};
 use super::reader::ByteReader;
 use super::sample::{Sample, words};
 use super::{CoordKind, Format, Request, off, ply, stl};
-use crate::disk::{Budget, Counters, NoProgress, Scratch, Workers, Workspace};
+use crate::disk::{Budget, Counters, NoProgress, Scratch, Workers, Workspace, fs};
 use crate::error::{Error, Result};
 use crate::folder::fits_u4;
 use std::path::Path;
@@ -88,7 +88,7 @@ fn workspace() -> Result<Workspace> {
 fn refuse_streams(path: &Path) -> Result<()> {
     let stdin = path == Path::new("-");
     let pipe = || {
-        let meta = std::fs::metadata(path);
+        let meta = fs::metadata(path);
         meta.map(|m| !m.is_file() && !m.is_dir())
             .map_err(|e| Error::io(path, "ask what kind of file it is", e))
     };

@@ -299,6 +299,18 @@ impl CornerTable {
         Some(kind.row(window.bytes(), v.id() as usize))
     }
 
+    /// Whether all that was read so far was in the files. A file that another process cuts short
+    /// while the table maps it reads as zeros behind its new end: ask before you believe what you
+    /// found.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] for a file that was cut short, [`crate::Error::Io`] for one that could not be read.
+    pub fn intact(&self) -> Result<()> {
+        let g = self.g.as_ref().map(|(_, window)| window);
+        let windows = [&self.v, &self.o, &self.component].into_iter().chain(g);
+        windows.into_iter().try_for_each(Window::check)
+    }
+
     /// The corners around `c.v` that edges join to c, each once; see [`Fan`].
     pub fn fan(&self, c: Corner) -> Fan<'_> {
         Fan::new(self, c)

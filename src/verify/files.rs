@@ -8,7 +8,7 @@
 
 use super::read::Ids;
 use super::verdict::{At, Check, Checked, Findings};
-use crate::disk::{DataFile, Workspace};
+use crate::disk::{DataFile, Workspace, fs};
 use crate::error::{Error, Result, printable};
 use crate::folder::npy::{DATA_START, header_bytes};
 use crate::folder::{self, EdgeRow, FileEntry, Manifest, Orient, block_sums};
@@ -114,7 +114,7 @@ fn open_file(
 ) -> Result<Option<(DataFile, bool)>> {
     let path = path.join(&entry.name);
     let name = entry.name.as_str();
-    let found = match std::fs::metadata(&path) {
+    let found = match fs::metadata(&path) {
         Ok(meta) if meta.is_file() => None,
         Ok(meta) if meta.is_dir() => Some("a folder"),
         // Opening a pipe would wait for its writer.
@@ -209,7 +209,7 @@ pub(super) fn notes(path: &Path, manifest: &Manifest) -> Result<Vec<String>> {
             )));
         }
     }
-    let list = std::fs::read_dir(path).map_err(|e| Error::io(path, "list it", e))?;
+    let list = fs::read_dir(path).map_err(|e| Error::io(path, "list it", e))?;
     let mut names = Vec::new();
     for item in list {
         let item = item.map_err(|e| Error::io(path, "list it", e))?;

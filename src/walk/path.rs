@@ -138,7 +138,9 @@ pub fn path<'a>(
     };
     ws.progress
         .begin("path", "triangles", table.triangle_count());
-    path.search(ws, seen)?;
+    let found = path.search(ws, seen);
+    table.intact()?;
+    found?;
     ws.progress.end();
     Ok(Search::Found(Box::new(path)))
 }

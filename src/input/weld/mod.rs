@@ -51,7 +51,7 @@ use self::firsts::Held;
 use self::front::{Front, Keyed, Takes};
 use super::{CoordArray, CoordKind, Endian, IndexArray, IndexKind, Mesh, Request, Source};
 use crate::corner::Index;
-use crate::disk::{DataFile, ScratchFile, Workspace};
+use crate::disk::{DataFile, ScratchFile, Workspace, fs};
 use crate::error::{Error, Result};
 use crate::folder::npy::DATA_START;
 use crate::shuffle::{Buckets, Plan, Shuffle, Writer};
@@ -374,7 +374,7 @@ fn take_name<B: Bits>(
     vertices: u64,
 ) -> Result<CoordArray> {
     if path != request.g_path {
-        std::fs::rename(path, &request.g_path).map_err(|e| {
+        fs::rename(path, &request.g_path).map_err(|e| {
             let what = format!("rename it to {}", request.g_path.display());
             Error::io(path, what, e)
         })?;

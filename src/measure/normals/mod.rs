@@ -189,12 +189,13 @@ pub fn normals(ws: &Workspace, folder: &Folder, request: &NormalsRequest) -> Res
     let beside = beside.map(|path| Target::create(folder.path(), path, request.force));
     let beside = beside.transpose()?;
     let job = Job::new(ws, folder, request, (&target, beside.as_ref()))?;
-    match (job.v.kind, job.g.kind) {
+    let done = match (job.v.kind, job.g.kind) {
         (IndexKind::U8, CoordKind::F4) => job.run::<u64, f32>(),
         (IndexKind::U8, CoordKind::F8) => job.run::<u64, f64>(),
         (_, CoordKind::F4) => job.run::<u32, f32>(),
         (_, CoordKind::F8) => job.run::<u32, f64>(),
-    }?;
+    };
+    folder.intact(done)?;
     let (vertices, left_out) = (job.vertices, job.left_out.load(Ordering::Relaxed));
     let zero = vertices - job.nonzero.load(Ordering::Relaxed);
     drop(job);

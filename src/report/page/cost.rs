@@ -5,11 +5,10 @@
 //!
 //! Memory: the text of the report, at most [`MOST`]. I/O: it is read once.
 
+use crate::disk::fs;
 use crate::error::{Error, Result};
 use crate::folder::Counts;
 use serde::Deserialize;
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 /// The longest report that is read.
@@ -53,9 +52,7 @@ impl Cost {
         let io = |e| Error::io(path, "read it", e);
         let help = "give the file that `cornermill build --json=FILE` wrote";
         // As much as may be, whatever the file says of its length.
-        let mut text = Vec::new();
-        let file = File::open(path).map_err(io)?;
-        file.take(MOST + 1).read_to_end(&mut text).map_err(io)?;
+        let text = fs::read_up_to(path, MOST + 1).map_err(io)?;
         if text.len() as u64 > MOST {
             return bad("the report of a build, at most 1 MiB", "more".into(), help);
         }

@@ -130,13 +130,10 @@ pub fn write(
         .flush()
         .map_err(|e| Error::io(&path, "write the page", e))?;
     drop(page);
-    let bytes = target
-        .file()
-        .metadata()
-        .map_err(|e| Error::io(&path, "ask its length", e))?;
+    let bytes = target.bytes()?;
     target.keep()?;
-    ws.io.add_written(bytes.len());
-    Ok(bytes.len())
+    ws.io.add_written(bytes);
+    Ok(bytes)
 }
 
 /// The page on its way to the file.

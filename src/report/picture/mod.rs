@@ -238,11 +238,12 @@ pub fn draw_to(
         mark_radius: MARK_RADIUS * f64::from(request.samples()),
         total: Mutex::default(),
     };
-    if asked::fits_narrow(source.triangles, source.vertices) {
-        pass.run::<asked::Narrow>()?;
+    let drawn = if asked::fits_narrow(source.triangles, source.vertices) {
+        pass.run::<asked::Narrow>()
     } else {
-        pass.run::<asked::Wide>()?;
-    }
+        pass.run::<asked::Wide>()
+    };
+    folder.intact(drawn)?;
     let Pass {
         mut canvas, total, ..
     } = pass;

@@ -57,6 +57,7 @@ pub(super) fn tones(
         ws.progress.advance(size);
         Ok(())
     })?;
+    table.intact()?;
     ws.progress.end();
     lease.shrink(kept(folder));
     Ok((tones, lease))

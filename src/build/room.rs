@@ -1,0 +1,124 @@
+//! Whether there is room for what a build is certain to write, before hours are spent on it; and
+//! how much more it wants when the disk turns out full.
+//!
+//! Why nothing is refused that would fit: only what every build of this mesh writes counts. That
+//! is the folder's arrays, which the counts give to the byte but for lists of culprits, and in
+//! scratch the decoded triangles, and the whole triangles that are dealt to cells. Where the
+//! system does not tell what is free, or files may be compressed, nothing is refused.
+//!
+//! Memory: none. I/O: none.
+
+use super::Job;
+use super::plan::Shape;
+use super::predict::{Prediction, arrays};
+use super::way::Way;
+use crate::disk::{Scratch, space};
+use crate::error::{Error, Result};
+use std::io::ErrorKind;
+use std::path::Path;
+
+/// Records that a shuffle's writer may keep in memory instead of writing them, in bytes.
+const KEPT: u64 = 256 << 10;
+
+/// Bytes that are certain to be written.
+#[derive(Clone, Copy, Debug, Default)]
+struct Certain {
+    output: u64,
+    scratch: u64,
+}
+
+/// Refuses a build of an input whose counts are exact when what it certainly writes does not fit.
+///
+/// # Errors
+/// [`Error::Io`] naming the folder that is too full, [`Error::DiskLimit`].
+pub fn check_before(told: &Prediction, scratch: &Scratch, dir: &Path) -> Result<()> {
+    if !told.survey.exact {
+        return Ok(());
+    }
+    let decoded = told.survey.decoded && !told.survey.welded;
+    let certain = Certain {
+        output: told.arrays.iter().map(|a| a.bytes).sum(),
+        scratch: if decoded {
+            told.shape.triangles * told.survey.v_row
+        } else {
+            0
+        },
+    };
+    check(certain, scratch, dir)
+}
+
+/// Refuses a build whose counts and way are known when what it still writes does not fit.
+///
+/// # Errors
+/// As [`check_before`].
+pub fn check_after_read(job: &Job, way: Way) -> Result<()> {
+    let dealt = match way {
+        Way::Cells(_) => 4 * job.shape.record() * job.shape.triangles,
+        Way::InOrder { .. } => 0,
+    };
+    let certain = Certain {
+        output: output_bytes(&job.shape).saturating_sub(written(job.dir)),
+        scratch: dealt.saturating_sub(2 * KEPT * job.shape.threads),
+    };
+    check(certain, &job.ws.scratch, job.dir)
+}
+
+fn check(certain: Certain, scratch: &Scratch, dir: &Path) -> Result<()> {
+    let need = scratch.used().saturating_add(certain.scratch);
+    if need > scratch.limit() {
+        return Err(Error::DiskLimit {
+            need,
+            limit: scratch.limit(),
+        });
+    }
+    let Some(target) = space::room(dir) else {
+        return Ok(());
+    };
+    if certain.output > target.free {
+        return Err(full(dir, "the mesh folder", certain.output, target.free));
+    }
+    let mut rooms = vec![target];
+    for dir in scratch.dirs() {
+        let Some(room) = space::room(dir) else {
+            return Ok(());
+        };
+        if rooms.iter().all(|r| r.device != room.device) {
+            rooms.push(room);
+        }
+    }
+    let free = rooms.iter().fold(0u64, |sum, r| sum.saturating_add(r.free));
+    let need = certain.output.saturating_add(certain.scratch);
+    if need > free {
+        let what = "the mesh folder and scratch files";
+        return Err(full(scratch.first_dir(), what, need, free));
+    }
+    Ok(())
+}
+
+fn full(dir: &Path, what: &str, need: u64, free: u64) -> Error {
+    let said = format!("only {free} bytes are free");
+    let source = std::io::Error::new(ErrorKind::StorageFull, said);
+    Error::io(dir, format!("write {need} bytes of {what} there"), source).with_more(need - free)
+}
+
+/// An error of a full disk, with what the folder at least wants still.
+pub fn with_need(error: Error, job: &Job) -> Error {
+    if !error.is_no_space() {
+        return error;
+    }
+    error.with_more(output_bytes(&job.shape).saturating_sub(written(job.dir)))
+}
+
+fn output_bytes(shape: &Shape) -> u64 {
+    arrays(shape).iter().map(|a| a.bytes).sum()
+}
+
+/// Bytes that the files of a folder take on disk.
+fn written(dir: &Path) -> u64 {
+    use std::os::unix::fs::MetadataExt;
+    let Ok(list) = crate::disk::fs::read_dir(dir) else {
+        return 0;
+    };
+    let blocks = list.filter_map(|item| Some(item.ok()?.metadata().ok()?.blocks()));
+    blocks.sum::<u64>() * 512
+}
