@@ -131,7 +131,8 @@ fn damaged_arrays_end_in_order() {
             }
             let mut changed = data.clone();
             for at in (0..data.len()).filter(|&at| data[at] != b' ' || at % 16 == 0) {
-                for bit in 0..8 {
+                // Each is a build: one bit of a byte, in turn, and its lowest.
+                for bit in [0, at % 8] {
                     changed[at] = data[at] ^ 1 << bit;
                     run(fuzz::npy, &format!("{name}, bit {bit} of {at}"), &changed);
                 }

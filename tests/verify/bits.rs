@@ -53,11 +53,12 @@ fn notices_every_flipped_bit_of_a_folder() {
         let sound = fs::read(&path).unwrap();
         let mut bytes = sound.clone();
         for at in 0..sound.len() {
-            // Of every seventh blank behind a header one bit is flipped, in turn.
-            let blank = path.extension().unwrap() == "npy" && at < 4095 && sound[at] == b' ';
-            let bits = match (blank, at % 7) {
-                (true, 0) => at % 8..at % 8 + 1,
-                (true, _) => 0..0,
+            // Headers are compared byte by byte: one bit of each, of every seventh blank.
+            let header = path.extension().unwrap() == "npy" && at < 4096;
+            let blank = header && sound[at] == b' ' && at % 7 != 0;
+            let bits = match (header, blank) {
+                (_, true) => 0..0,
+                (true, false) => at % 8..at % 8 + 1,
                 (false, _) => 0..8,
             };
             for bit in bits {
