@@ -98,7 +98,7 @@ fn other_encodings_are_named_and_marks_passed_over() {
         refuse(&path, &[], &[3], "UTF-16");
     }
     std::fs::write(&path, &wide).expect("written");
-    refuse(&path, &[], &[3], "line 1");
+    refuse(&path, &[], &[3], "no vertices");
     for text in [
         format!("\u{feff}{OBJ}"),
         OBJ.replace('\n', "\r\n"),

@@ -54,7 +54,13 @@ fn folders_of_version_1_open_and_pass() {
         let manifest = Folder::open(&path, &ws.io).unwrap().manifest().clone();
         assert_eq!(manifest.version, 1);
         let counts = &manifest.counts;
-        assert_eq!((counts.triangles, counts.vertices), (79, 53), "{name}");
+        // The last vertex is in no triangle, so only G tells of it.
+        let vertices = if name == "alone" { 52 } else { 53 };
+        assert_eq!(
+            (counts.triangles, counts.vertices),
+            (79, vertices),
+            "{name}"
+        );
         assert_eq!(
             (counts.components, counts.components_joined),
             (8, 6),

@@ -2,7 +2,7 @@
 
 use crate::{check, said};
 use cornermill::build::{Builder, IndexChoice};
-use cornermill::folder::{self, Manifest};
+use cornermill::folder::{self, ComponentMeasures, ComponentRow, Manifest};
 use cornermill::verify::{Limits, least_memory};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,6 +14,11 @@ use xxhash_rust::xxh3::xxh3_64;
 const MESH: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 5 0 0\nv 6 0 0\nv 5 1 0\nv 6 1 0\n\
     v 5 0 2\nv 8 8 8\nv 9 8 8\nf 1 3 2\nf 1 4 2\nf 2 3 4\nf 3 1 4\nf 5 6 7\nf 6 7 8\nf 5 6 9\n\
     f 8 10 11\nf 8 11 10\nf 2 2 3\n";
+
+/// Where the volume of a component lies in its row, and behind it the area.
+const VOLUME: usize = 52;
+/// Where its box lies.
+const BOX: std::ops::Range<usize> = 68..116;
 
 struct Built {
     dir: TempDir,
@@ -48,9 +53,14 @@ fn notices_every_flipped_bit_of_a_folder() {
         let sound = fs::read(&path).unwrap();
         let mut bytes = sound.clone();
         for at in 0..sound.len() {
-            // Of the blanks behind a header each has one bit flipped, in turn.
-            let blank = path.extension().unwrap() == "npy" && at < 4095 && sound[at] == b' ';
-            let bits = if blank { at % 8..at % 8 + 1 } else { 0..8 };
+            // Headers are compared byte by byte: one bit of each, of every seventh blank.
+            let header = path.extension().unwrap() == "npy" && at < 4096;
+            let blank = header && sound[at] == b' ' && at % 7 != 0;
+            let bits = match (header, blank) {
+                (_, true) => 0..0,
+                (true, false) => at % 8..at % 8 + 1,
+                (false, _) => 0..8,
+            };
             for bit in bits {
                 bytes[at] = sound[at] ^ 1 << bit;
                 fs::write(&path, &bytes).unwrap();
@@ -74,6 +84,8 @@ fn seal(folder: &Path, manifest: &Manifest) {
 }
 
 /// All that follows from V, G and the bits: whatever bit of it is flipped, no checksum is needed.
+/// Volume and area are aside: `verify` sums them anew in its own way, and holds them to a bound
+/// on rounding. The sign of a zero in a box says nothing.
 #[test]
 fn notices_every_flipped_bit_behind_right_checksums() {
     for index in [IndexChoice::Auto, IndexChoice::U8] {
@@ -86,9 +98,21 @@ fn notices_every_flipped_bit_behind_right_checksums() {
             }
             let sound = fs::read(&path).unwrap();
             let mut bytes = sound.clone();
-            for at in 4096..sound.len() {
-                for bit in 0..8 {
+            let row = size_of::<ComponentRow>() + size_of::<ComponentMeasures>();
+            let real = |at: usize| (VOLUME..VOLUME + 16).contains(&((at - 4096) % row));
+            let exact = |&at: &usize| name != folder::COMPONENTS || !real(at);
+            for at in (4096..sound.len()).filter(exact) {
+                // Of the wide folder's bytes one bit each, in turn.
+                let wide = index == IndexChoice::U8;
+                for bit in if wide { at % 8..at % 8 + 1 } else { 0..8 } {
                     bytes[at] = sound[at] ^ 1 << bit;
+                    let place = (at - 4096) % row;
+                    let boxed = name == folder::COMPONENTS && BOX.contains(&place);
+                    let first = at - (place.max(BOX.start) - BOX.start) % 8;
+                    let zero = |b: &[u8]| b[first..first + 7] == [0; 7] && b[first + 7] & 0x7f == 0;
+                    if boxed && zero(&bytes) && zero(&sound) {
+                        continue;
+                    }
                     fs::write(&path, &bytes).unwrap();
                     seal(&folder, &manifest);
                     assert!(!passes(&folder), "bit {bit} of byte {at} of {name}");
