@@ -9,7 +9,7 @@ use super::{Outcome, print};
 use crate::build::{Builder, parent};
 use crate::codec::decode::decode;
 use crate::codec::file::Packed;
-use crate::disk::Workspace;
+use crate::disk::{TempFolder, Workspace};
 use crate::error::{Error, Result};
 use crate::export::{ExportRequest, Format, export};
 use crate::folder::{Folder, Orient};
@@ -44,10 +44,7 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
     }
     let ws = args.work.workspace(parent(&args.output))?;
     let dir = ws.scratch.first_dir().to_owned();
-    let temp = tempfile::Builder::new()
-        .prefix(".cornermill-decode-")
-        .tempdir_in(&dir)
-        .map_err(|e| Error::io(&dir, "make a folder there", e))?;
+    let temp = TempFolder::new(&dir, "decode")?;
     let (v, g) = (temp.path().join("V.npy"), temp.path().join("G.npy"));
     let count = {
         let packed = Packed::open(&ws.budget, &ws.io, &args.file)?;
@@ -106,6 +103,7 @@ fn build(
         .orient(Orient::Keep)
         .measures(measures)
         .force(args.force)
+        .checkpoint(None)
         .progress(progress::sink(work.progress, work.quiet));
     for dir in &work.tmp {
         builder = builder.tmp(dir);

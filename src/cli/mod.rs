@@ -1,7 +1,8 @@
 //! The command line: one file a subcommand. Terminal, progress and exit codes live only here.
 //!
 //! Reports go to stdout, everything else to stderr. Exit codes: 0 done, 1 a check failed,
-//! 2 usage, 3 bad input, 4 I/O or disk full, 5 budget too small, 70 internal error.
+//! 2 usage, 3 bad input, 4 I/O or disk full, 5 budget too small, 70 internal error, 130 and 143
+//! stopped by SIGINT and SIGTERM.
 
 mod build;
 mod check;
@@ -17,6 +18,7 @@ mod pieces;
 mod progress;
 mod report;
 mod select;
+mod signals;
 mod size;
 mod swirl;
 mod verify;
@@ -85,6 +87,7 @@ pub fn run() -> ExitCode {
             return ExitCode::from(code);
         }
     };
+    signals::listen();
     let command = || match &cli.command {
         Command::Build(args) => build::run(args),
         Command::Check(args) => check::run(args),
@@ -108,10 +111,22 @@ pub fn run() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Err(e) => {
-            // Where even stderr cannot be written, the exit code still tells.
-            let _ = writeln!(std::io::stderr(), "cornermill: {e}");
+            say(&e);
             ExitCode::from(code_of(&e))
         }
+    }
+}
+
+/// Says what went wrong.
+fn say(error: &Error) {
+    // Where even stderr cannot be written, the exit code still tells.
+    let _ = writeln!(std::io::stderr(), "cornermill: {error}");
+    let stopped = matches!(
+        error,
+        Error::Interrupted { .. } | Error::Io { .. } | Error::DiskLimit { .. }
+    );
+    if let (true, Some(advice)) = (stopped, signals::advice()) {
+        let _ = writeln!(std::io::stderr(), "cornermill: {advice}");
     }
 }
 
@@ -122,6 +137,7 @@ fn code_of(error: &Error) -> u8 {
         Error::Input(_) => 3,
         Error::Io { .. } | Error::DiskLimit { .. } => 4,
         Error::Budget { .. } => 5,
+        Error::Interrupted { signal } => signals::code(*signal),
         Error::Internal(_) => 70,
     }
 }

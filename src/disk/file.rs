@@ -3,7 +3,7 @@
 //! Reads and writes go to the caller's buffer, so memory is the caller's; every byte is
 //! counted. Offsets make the calls independent of each other: threads share one file.
 
-use super::Counters;
+use super::{Counters, go_on};
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::os::unix::fs::FileExt;
@@ -110,6 +110,7 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`], also when the file ends before `buf` is full.
     pub fn read_at(&self, buf: &mut [u8], at: u64) -> Result<()> {
+        go_on()?;
         self.file.read_exact_at(buf, at).map_err(|e| {
             Error::io(
                 &self.path,
@@ -126,6 +127,7 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`].
     pub fn read_some_at(&self, buf: &mut [u8], at: u64) -> Result<usize> {
+        go_on()?;
         let mut done = 0;
         while done < buf.len() {
             match self.file.read_at(&mut buf[done..], at + done as u64) {
@@ -146,6 +148,7 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`].
     pub fn write_at(&self, buf: &[u8], at: u64) -> Result<()> {
+        go_on()?;
         self.file.write_all_at(buf, at).map_err(|e| {
             Error::io(
                 &self.path,

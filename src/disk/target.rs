@@ -1,10 +1,13 @@
 //! A file that appears under its name when it is complete.
 //!
 //! Why nothing half-written is left under the name: all is written to a temporary file beside
-//! it, which is synced and renamed at the end, and gone when dropped before.
+//! it, which is synced and renamed at the end, and gone when dropped before. It is locked while
+//! its process lives, so what a killed one left is removed by the next that writes there.
 //!
 //! Memory: none that grows. I/O: what its owner writes.
 
+use super::lock::{PREFIX, SUFFIX, claim, sweep};
+use super::stop::Fleeting;
 use super::{Counters, DataFile};
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -17,6 +20,7 @@ pub struct Target {
     temp: NamedTempFile,
     path: PathBuf,
     force: bool,
+    _fleeting: Fleeting,
 }
 
 impl Target {
@@ -48,14 +52,22 @@ impl Target {
                 path.display()
             )));
         }
+        sweep(dir);
         // A plain new file's permissions (less the umask), not a private temporary one's.
-        let temp = tempfile::Builder::new()
-            .prefix(".cornermill-")
-            .suffix(".tmp")
-            .permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666))
-            .tempfile_in(dir)
-            .map_err(|e| Error::io(dir, "create a file there", e))?;
+        let make = || {
+            tempfile::Builder::new()
+                .prefix(PREFIX)
+                .suffix(SUFFIX)
+                .permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666))
+                .tempfile_in(dir)
+                .map_err(|e| Error::io(dir, "create a file there", e))
+        };
+        let mut temp = make()?;
+        while !claim(temp.as_file(), temp.path())? {
+            temp = make()?;
+        }
         Ok(Target {
+            _fleeting: Fleeting::new(temp.path()),
             temp,
             path: path.to_owned(),
             force,
@@ -85,7 +97,9 @@ impl Target {
     /// # Errors
     /// [`Error::Usage`] when a file of that name has appeared meanwhile; [`Error::Io`].
     pub fn keep(self) -> Result<PathBuf> {
-        let Target { temp, path, force } = self;
+        let Target {
+            temp, path, force, ..
+        } = self;
         temp.as_file()
             .sync_all()
             .map_err(|e| Error::io(&path, "sync it to the device", e))?;

@@ -5,7 +5,7 @@
 
 #![allow(unsafe_code)]
 
-use super::DataFile;
+use super::{DataFile, go_on};
 use crate::error::{Error, Result};
 use bytemuck::Pod;
 use memmap2::{Mmap, MmapOptions};
@@ -51,6 +51,7 @@ impl Window {
     }
 
     fn map(file: &DataFile, at: u64, len: usize, populate: bool) -> Result<Window> {
+        go_on()?;
         let have = file.len()?;
         if at.checked_add(len as u64).is_none_or(|end| end > have) {
             return Err(Error::input(
