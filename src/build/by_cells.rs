@@ -178,7 +178,7 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
             (settling, places)
         }
     };
-    if settling.windows != plan.windows.count as u64 {
+    if settling.windows != plan.windows.count {
         return Err(Error::Internal(format!(
             "{} windows of triangles became {}",
             settling.windows, plan.windows.count
@@ -382,7 +382,7 @@ fn settle_all<W: Index, X: Coord>(
         degenerate: hands.degenerate,
         unreferenced: hands.unreferenced,
         stars,
-        windows: plan.windows.count as u64,
+        windows: plan.windows.count,
         settled: Settled {
             degenerate,
             ..settled
