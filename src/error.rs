@@ -42,6 +42,11 @@ pub enum Error {
         /// The budget in force, in bytes.
         have: u64,
     },
+    /// A signal asked the process to stop.
+    Interrupted {
+        /// Its number.
+        signal: i32,
+    },
     /// A count or relation that must hold does not: a fault of this program.
     Internal(String),
 }
@@ -160,6 +165,8 @@ impl fmt::Display for Error {
                  the least that would do is --memory {}KiB",
                 need.div_ceil(1024)
             ),
+            Error::Interrupted { signal: 2 } => f.write_str("interrupted"),
+            Error::Interrupted { signal } => write!(f, "asked to stop by signal {signal}"),
             Error::Internal(what) => write!(
                 f,
                 "internal error: {what}; the output was not written; please report this"

@@ -67,7 +67,7 @@ pub fn sane(error: &Error) {
             assert!(!bad.expected.is_empty() && !bad.found.is_empty(), "{text}");
         }
         Error::Usage(_) | Error::Budget { .. } | Error::DiskLimit { .. } => {}
-        Error::Io { .. } | Error::Internal(_) => panic!("{text}"),
+        Error::Io { .. } | Error::Interrupted { .. } | Error::Internal(_) => panic!("{text}"),
     }
     assert!(text.len() <= MESSAGE, "a message of {} bytes", text.len());
     assert!(!text.chars().any(char::is_control), "{text:?}");

@@ -1,17 +1,23 @@
 //! The builder: the same options as the command line, and the one call that runs a build.
 
-use super::pipeline::{BuildReport, Clock, Wishes, check_width, run};
+use super::identity::add_file;
+use super::pipeline::{BuildReport, Clock, Wishes, check_width, run, settle_in};
 use super::plan::{Strategy, check_least};
 use super::predict::{Prediction, Sizes};
 use super::room::check_before;
-use super::staging::{Staging, parent};
+use super::staging::{Former, Staging};
+use super::steps::{Identity, Opened, Steps};
 use crate::chunk::pair::MAX_CHUNK;
 use crate::disk::{Budget, Counters, NoProgress, Progress, Scratch, Workers, Workspace};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::folder::{self, Orient};
 use crate::input::{self, CoordKind, Endian, Format, IndexKind, Request};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
+
+/// Work at stake that is worth being written down.
+const CHECKPOINT: Duration = Duration::from_secs(20);
 
 /// Width of the indices that a build writes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,6 +44,8 @@ pub struct Builder {
     orient: Orient,
     index: Index,
     force: bool,
+    resume: bool,
+    checkpoint: Option<Duration>,
     chunk: Option<u64>,
     buckets: Option<usize>,
     strategy: Strategy,
@@ -70,6 +78,8 @@ impl Builder {
             orient: Orient::Outward,
             index: Index::Auto,
             force: false,
+            resume: false,
+            checkpoint: Some(CHECKPOINT),
             chunk: None,
             buckets: None,
             strategy: Strategy::Auto,
@@ -162,6 +172,20 @@ impl Builder {
         self
     }
 
+    /// Goes on with a build of the same mesh, with the same options, that was stopped; begins at
+    /// the start when there is none.
+    pub fn resume(mut self, resume: bool) -> Self {
+        self.resume = resume;
+        self
+    }
+
+    /// How much work must be at stake before it is written down for [`resume`](Builder::resume);
+    /// nothing is ever, without. By default 20 seconds.
+    pub fn checkpoint(mut self, every: Option<Duration>) -> Self {
+        self.checkpoint = every;
+        self
+    }
+
     /// Where progress goes.
     pub fn progress(mut self, progress: Arc<dyn Progress>) -> Self {
         self.progress = progress;
@@ -207,17 +231,46 @@ impl Builder {
         let mut spare = vec![self.request.path.as_path()];
         spare.extend(self.request.positions.as_deref());
         spare.extend(self.tmp.iter().map(PathBuf::as_path));
-        let staging = Staging::new(output, self.force, &spare)?;
-        let ws = self.workspace(output)?;
+        let stdin = self.request.path == Path::new("-");
+        if self.resume && stdin {
+            let what = "--resume needs a file to compare: standard input is gone when it was read";
+            return Err(Error::Usage(what.into()));
+        }
+        let former = match (self.resume, self.force) {
+            (true, _) => Former::Resume,
+            (_, true) => Former::Remove,
+            _ => Former::Refuse,
+        };
+        let mut staging = Staging::new(output, self.force, former, &spare)?;
+        let every = self.checkpoint.filter(|_| !stdin);
+        let ws = self.workspace(&mut staging, every.is_some())?;
+        let steps = Steps::new(staging.state(), self.identity(&ws.io, stdin)?, every);
+        let mut clock = Clock::new(&ws, steps);
+        let left = match self.resume {
+            true => clock.take_up(staging.path())?,
+            false => None,
+        };
+        let state = staging.state();
+        let built = self.passes(clock, left, staging);
+        if let Err(Error::Usage(_) | Error::Input(_) | Error::Budget { .. } | Error::Internal(_)) =
+            &built
+        {
+            // It would end like this again.
+            let _ = std::fs::remove_file(state);
+        }
+        built
+    }
+
+    /// The passes, behind those of a stopped build.
+    fn passes(
+        &self,
+        mut clock: Clock,
+        left: Option<Opened>,
+        staging: Staging,
+    ) -> Result<BuildReport> {
         let mut request = self.request.clone();
         request.g_path = staging.path().join(folder::G);
         request.wide = self.index == Index::U8;
-        // What is wrong with the input is told by the build itself.
-        if let Ok(told) = self.predict(output) {
-            check_before(&told, &ws.scratch, staging.path())?;
-        }
-        let mut clock = Clock::new(&ws);
-        let mesh = clock.pass("read", "bytes", 0, || input::open(&ws, &request))?;
         let wishes = Wishes {
             orient: self.orient,
             wide: request.wide,
@@ -228,7 +281,53 @@ impl Builder {
             strategy: self.strategy,
             measures: self.measures,
         };
-        run(clock, &mesh, &wishes, staging)
+        let opened = match left {
+            Some(opened) => opened,
+            None => {
+                let ws = clock.workspace();
+                // What is wrong with the input is told by the build itself.
+                if let Ok(told) = self.predict(staging.path()) {
+                    check_before(&told, &ws.scratch, staging.path())?;
+                }
+                let mesh = clock.pass("read", "bytes", 0, || input::open(ws, &request))?;
+                settle_in(&mut clock, mesh, &wishes, staging.path())?
+            }
+        };
+        run(clock, &opened, &wishes, staging)
+    }
+
+    /// What must be the same for a stopped build to be gone on with.
+    fn identity(&self, io: &Arc<Counters>, stdin: bool) -> Result<Identity> {
+        let request = &self.request;
+        let said = |option: &dyn std::fmt::Debug| format!("{option:?}").to_lowercase();
+        let options: [(&str, String); 15] = [
+            ("the version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("--memory in bytes", said(&self.memory)),
+            ("--threads", said(&self.threads)),
+            ("--tmp", said(&self.tmp)),
+            ("--orient", said(&self.orient)),
+            ("--index", said(&self.index)),
+            ("--no-measures", said(&!self.measures)),
+            ("--weld", said(&request.weld)),
+            ("--coords", said(&request.coords)),
+            ("--raw-index", said(&request.raw_index)),
+            ("--endian", said(&request.endian)),
+            ("--vertices", said(&request.vertices)),
+            ("--format", said(&request.format)),
+            ("--strategy", said(&self.strategy)),
+            ("the plan", said(&(self.chunk, self.buckets))),
+        ];
+        let mut identity: Identity = options
+            .into_iter()
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect();
+        if !stdin {
+            add_file(&mut identity, "the input", &request.path, io)?;
+        }
+        if let Some(path) = &request.positions {
+            add_file(&mut identity, "the file of positions", path, io)?;
+        }
+        Ok(identity)
     }
 
     /// Predicts what [`build`](Builder::build) would take for `output`, from the beginning of
@@ -258,17 +357,17 @@ impl Builder {
         Prediction::new(survey, &sizes, output.symlink_metadata().is_ok())
     }
 
-    fn workspace(&self, output: &Path) -> Result<Workspace> {
+    fn workspace(&self, staging: &mut Staging, named: bool) -> Result<Workspace> {
         let io = Arc::new(Counters::default());
-        let beside = [parent(output).to_owned()];
-        let dirs = if self.tmp.is_empty() {
-            &beside[..]
+        let dirs = staging.rooms(&self.tmp)?;
+        let scratch = if named {
+            Scratch::named(&dirs, self.max_disk, &io, &staging.state())?
         } else {
-            &self.tmp
+            Scratch::new(&dirs, self.max_disk, &io)?
         };
         Ok(Workspace {
             budget: Budget::new(self.memory),
-            scratch: Scratch::new(dirs, self.max_disk, &io)?,
+            scratch,
             io,
             workers: Workers::new(self.threads)?,
             progress: Arc::clone(&self.progress),

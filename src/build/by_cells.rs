@@ -26,7 +26,8 @@ use crate::chunk::grid::{Bounds, Grid};
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
 use crate::disk::ScratchFile;
-use crate::error::Result;
+use crate::disk::journal::{Keep, Pen, Reader};
+use crate::error::{Error, Result};
 use crate::shuffle::{Buckets, Shuffle};
 
 /// What the cells left.
@@ -41,6 +42,63 @@ struct Settling<W: Index> {
     unreferenced: u64,
     settled: Settled,
     stars: Option<Spilled<W>>,
+    /// Windows that the replies are for.
+    windows: u64,
+}
+
+/// The step behind which the cells are settled.
+pub const fn settled_by(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Place => "settle by place",
+        Kind::Id => "settle by id",
+    }
+}
+
+impl<W: Index> Keep for Settling<W> {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        self.replies.keep(to)?;
+        self.patches.keep(to)?;
+        self.cuts.keep(to)?;
+        self.edges.keep(to)?;
+        self.names.keep(to)?;
+        let Files {
+            links,
+            borders,
+            counts,
+            measures,
+            unmeasured,
+        } = &self.files;
+        for file in [links, borders, counts, measures, unmeasured] {
+            to.file(file)?;
+        }
+        to.list(&self.degenerate)?;
+        to.number(self.unreferenced)?;
+        self.settled.keep(to)?;
+        self.stars.keep(to)?;
+        to.number(self.windows)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Settling<W>> {
+        Ok(Settling {
+            replies: Buckets::restore(from)?,
+            patches: Shuffle::restore(from)?,
+            cuts: Shuffle::restore(from)?,
+            edges: Buckets::restore(from)?,
+            names: Names::restore(from)?,
+            files: Files {
+                links: from.file()?,
+                borders: from.file()?,
+                counts: from.file()?,
+                measures: from.file()?,
+                unmeasured: from.file()?,
+            },
+            degenerate: from.list()?,
+            unreferenced: from.number()?,
+            settled: Settled::restore(from)?,
+            stars: Option::restore(from)?,
+            windows: from.number()?,
+        })
+    }
 }
 
 /// Records in order of arrival.
@@ -111,7 +169,21 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
         kind == Kind::Place,
         job.plan.buckets,
     );
-    let (settling, places) = first_passes::<I, W, X>(clock, job, bounds, (kind, &plan))?;
+    let step = settled_by(kind);
+    let (settling, places) = match clock.restored::<Settling<W>>(step)? {
+        Some(settling) => (settling, Places::again(job)?),
+        None => {
+            let (settling, places) = first_passes::<I, W, X>(clock, job, bounds, (kind, &plan))?;
+            clock.done(step, job.opened, &settling)?;
+            (settling, places)
+        }
+    };
+    if settling.windows != plan.windows.count {
+        return Err(Error::Internal(format!(
+            "{} windows of triangles became {}",
+            settling.windows, plan.windows.count
+        )));
+    }
     let Settling {
         replies,
         patches,
@@ -310,6 +382,7 @@ fn settle_all<W: Index, X: Coord>(
         degenerate: hands.degenerate,
         unreferenced: hands.unreferenced,
         stars,
+        windows: plan.windows.count,
         settled: Settled {
             degenerate,
             ..settled

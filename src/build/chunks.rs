@@ -26,6 +26,7 @@ use crate::chunk::pair::Pairs;
 use crate::chunk::star::{self, StarCount};
 use crate::chunk::swirl::Swirl;
 use crate::corner::{Index, next_k, prev_k};
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::disk::{Lease, ScratchFile, Workspace};
 use crate::error::Result;
 use crate::shuffle::{Shuffle, Writer};
@@ -176,16 +177,9 @@ pub fn chunks<I: Index, W: Index, X: Coord>(
         },
     )?;
     let infos = infos.into_inner().unwrap_or_else(|e| e.into_inner());
-    let mut base = Vec::with_capacity(infos.len() + 1);
-    let mut sum = 0;
-    for info in &infos {
-        base.push(sum);
-        sum += u64::from(info.locals);
-    }
-    base.push(sum);
     Ok(Chunked {
+        base: base(&infos),
         infos,
-        base,
         counts,
         measures,
         flips,
@@ -198,6 +192,47 @@ pub fn chunks<I: Index, W: Index, X: Coord>(
 pub fn table_bytes(chunks: u64) -> u64 {
     // With the lists of later passes: a word a chunk for each of three.
     chunks * (size_of::<ChunkInfo>() as u64 + 24)
+}
+
+/// The number of the first local component of each chunk, and of all together.
+fn base(infos: &[ChunkInfo]) -> Vec<u64> {
+    let mut base = Vec::with_capacity(infos.len() + 1);
+    let mut sum = 0;
+    for info in infos {
+        base.push(sum);
+        sum += u64::from(info.locals);
+    }
+    base.push(sum);
+    base
+}
+
+impl Keep for Chunked {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        to.number(self.infos.len() as u64)?;
+        self.infos.iter().try_for_each(|info| info.keep(to))?;
+        for file in [&self.counts, &self.measures, &self.flips] {
+            to.file(file)?;
+        }
+        self.settled.keep(to)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Chunked> {
+        let chunks = from.number()?;
+        let lease = from
+            .budget
+            .lease("the table of chunks", table_bytes(chunks))?;
+        let infos = (0..chunks).map(|_| ChunkInfo::restore(from));
+        let infos = infos.collect::<Result<Vec<_>>>()?;
+        Ok(Chunked {
+            base: base(&infos),
+            infos,
+            counts: from.file()?,
+            measures: from.file()?,
+            flips: from.file()?,
+            settled: Settled::restore(from)?,
+            lease,
+        })
+    }
 }
 
 impl Chunked {

@@ -5,12 +5,12 @@
 use super::arrays::{CoordReader, OutArray};
 use crate::chunk::grid::Bounds;
 use crate::chunk::measure::Coord;
-use crate::disk::Workspace;
+use crate::disk::{Counters, DataFile, Workspace};
 use crate::error::Result;
 use crate::folder::{self, WarmSums, npy::DATA_START};
 use crate::input::{CoordArray, CoordKind, Endian, Source};
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 /// Vertices at a time.
 const STEP: u64 = 32 << 10;
@@ -75,21 +75,29 @@ pub fn place<X: Coord>(
             Ok(())
         },
     )?;
-    let array = CoordArray {
-        source: Source::Named(crate::disk::DataFile::open(file.file.path(), &ws.io)?),
-        at: DATA_START,
-        kind: if X::BYTES == 4 {
-            CoordKind::F4
-        } else {
-            CoordKind::F8
-        },
-        endian: Endian::Little,
-        vertices: g.vertices,
-        placed: true,
+    let kind = if X::BYTES == 4 {
+        CoordKind::F4
+    } else {
+        CoordKind::F8
     };
     Ok(Placed {
+        array: array_of(&file, kind, &ws.io)?,
         file,
-        array,
         bounds: bounds.into_inner().unwrap_or_else(|e| e.into_inner()),
+    })
+}
+
+/// G as the folder has it.
+///
+/// # Errors
+/// [`crate::Error::Io`].
+pub fn array_of(file: &OutArray, kind: CoordKind, io: &Arc<Counters>) -> Result<CoordArray> {
+    Ok(CoordArray {
+        source: Source::Named(DataFile::open(file.file.path(), io)?),
+        at: DATA_START,
+        kind,
+        endian: Endian::Little,
+        vertices: file.shape[0],
+        placed: true,
     })
 }

@@ -38,13 +38,16 @@ pub mod whole;
 mod builder;
 mod by_cells;
 mod first_read;
+mod identity;
 mod in_order;
+mod kept;
 mod load;
 mod phases;
 mod pipeline;
 mod predict;
 mod room;
 mod staging;
+mod steps;
 mod tail;
 mod way;
 
@@ -54,12 +57,13 @@ pub use phases::Phase;
 pub use pipeline::{BuildReport, PassReport};
 pub use plan::Strategy;
 pub use predict::Prediction;
-pub use staging::{Staging, parent};
+pub use staging::{Former, Staging, parent, state_of};
 
 use self::graph::contract::Size;
 use self::graph::labels::{Labels, labels_of};
 use self::graph::union::Joins;
 use self::plan::{MIN_SORT, Plan, Shape};
+use self::steps::Opened;
 use crate::corner::Index;
 use crate::disk::{Lease, ScratchFile, Workspace};
 use crate::error::Result;
@@ -72,6 +76,8 @@ use std::path::Path;
 pub struct Job<'a> {
     /// Memory, scratch, threads, counters, progress.
     pub ws: &'a Workspace,
+    /// The input, opened.
+    pub opened: &'a Opened,
     /// The input.
     pub mesh: &'a Mesh,
     /// The coordinates as they are stored in the new folder.

@@ -1,22 +1,25 @@
 //! The order of the passes, what each hands to the next, and what each cost.
 
 use super::arrays::OutArray;
-use super::by_cells::by_cells;
-use super::coords::{Placed, place};
-use super::in_order::in_order;
+use super::by_cells::{by_cells, settled_by};
+use super::coords::{Placed, array_of, place};
+use super::in_order::{CHUNKED, in_order};
 use super::plan::{Plan, Shape, Strategy};
 use super::records::narrow;
 use super::room::{check_after_read, with_need};
 use super::scan::count_ids;
-use super::way::{Way, choose};
+use super::steps::{OPENED, Opened, Steps};
+use super::way::{Kind, Way, choose};
 use super::{Job, staging::Staging};
 use crate::chunk::grid::Bounds;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
+use crate::disk::journal::{Keep, Pen};
 use crate::disk::{DataFile, IoCount, Workspace};
 use crate::error::{Error, Result};
 use crate::folder::{self, Counts, FileEntry, Manifest, Measures, Orient, WarmSums};
 use crate::input::{CoordKind, Mesh};
+use std::path::Path;
 use std::time::Instant;
 
 /// What one pass cost.
@@ -52,16 +55,58 @@ pub struct BuildReport {
 /// Measures passes as they run.
 pub struct Clock<'a> {
     ws: &'a Workspace,
+    steps: Steps,
     passes: Vec<PassReport>,
 }
 
 impl<'a> Clock<'a> {
     /// A clock before the first pass.
-    pub fn new(ws: &'a Workspace) -> Self {
+    pub fn new(ws: &'a Workspace, steps: Steps) -> Self {
         Clock {
             ws,
+            steps,
             passes: Vec::new(),
         }
+    }
+
+    /// The workspace.
+    pub fn workspace(&self) -> &'a Workspace {
+        self.ws
+    }
+
+    /// The opened mesh of a build that was stopped, if it left one in `dir`.
+    ///
+    /// # Errors
+    /// As [`Steps::take_up`].
+    pub fn take_up(&mut self, dir: &Path) -> Result<Option<Opened>> {
+        self.steps.take_up(self.ws, dir)
+    }
+
+    /// The result of a step that a stopped build left.
+    ///
+    /// # Errors
+    /// As [`Steps::restored`].
+    pub fn restored<T: Keep>(&mut self, step: &str) -> Result<Option<T>> {
+        self.steps.restored(step)
+    }
+
+    /// A step is done: its result is written down when enough is at stake.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn done<T: Keep>(&mut self, step: &str, opened: &Opened, result: &T) -> Result<()> {
+        self.steps.done(self.ws, step, &|pen| {
+            opened.keep(pen)?;
+            result.keep(pen)
+        })
+    }
+
+    /// What was written down behind the opened mesh will be changed in place.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn back(&mut self, opened: &Opened) -> Result<()> {
+        self.steps.back(self.ws, opened)
     }
 
     /// Runs and measures one pass of `total` units.
@@ -115,30 +160,49 @@ pub struct Wishes {
     pub measures: bool,
 }
 
-/// Builds the folder in `staging` from an opened mesh, seals it and puts it in its place.
+/// Brings the mesh to where every pass begins: G in its place, and the vertices counted.
 ///
 /// # Errors
 /// Those of the passes.
-pub fn run(
-    mut clock: Clock,
-    mesh: &Mesh,
-    wishes: &Wishes,
-    staging: Staging,
-) -> Result<BuildReport> {
+pub fn settle_in(clock: &mut Clock, mesh: Mesh, wishes: &Wishes, dir: &Path) -> Result<Opened> {
     let ws = clock.ws;
     let kind = mesh.g.as_ref().map(|g| wishes.coords.unwrap_or(g.kind));
     let placed = match (&mesh.g, kind) {
         (Some(g), Some(kind)) => {
             Some(
                 clock.pass("coordinates", "vertices", g.vertices, || match kind {
-                    CoordKind::F4 => place::<f32>(ws, staging.path(), g, mesh.sums.get(1)),
-                    CoordKind::F8 => place::<f64>(ws, staging.path(), g, mesh.sums.get(1)),
+                    CoordKind::F4 => place::<f32>(ws, dir, g, mesh.sums.get(1)),
+                    CoordKind::F8 => place::<f64>(ws, dir, g, mesh.sums.get(1)),
                 })?,
             )
         }
         _ => None,
     };
-    let vertices = vertex_count(&mut clock, mesh)?;
+    let vertices = vertex_count(clock, &mesh)?;
+    let opened = Opened {
+        mesh,
+        placed,
+        vertices,
+    };
+    let keep = |pen: &mut Pen| opened.keep(pen);
+    clock.steps.done(ws, OPENED, &keep)?;
+    Ok(opened)
+}
+
+/// Builds the folder in `dir` from an opened mesh and seals it.
+///
+/// # Errors
+/// Those of the passes.
+pub fn run(
+    mut clock: Clock,
+    opened: &Opened,
+    wishes: &Wishes,
+    staging: Staging,
+) -> Result<BuildReport> {
+    let ws = clock.ws;
+    let (mesh, vertices) = (&opened.mesh, opened.vertices);
+    let placed = opened.placed.as_ref();
+    let kind = placed.map(|placed| placed.array.kind);
     let triangles = mesh.v.triangles;
     check_width(wishes.narrow, triangles, vertices)?;
     let shape = Shape::new(
@@ -151,16 +215,14 @@ pub fn run(
     );
     // Only block sums are held now, which the plan's slack covers.
     let plan = Plan::new(&shape, ws.budget.limit(), wishes.chunk, wishes.buckets)?;
-    let (bounds, g, g_file) = match placed {
-        Some(Placed {
-            file,
-            array,
-            bounds,
-        }) => (bounds, Some(array), Some(file)),
-        None => (Bounds::default(), None, None),
+    let bounds = placed.map_or(Bounds::default(), |placed| placed.bounds);
+    let g = match placed {
+        Some(Placed { file, array, .. }) => Some(array_of(file, array.kind, &ws.io)?),
+        None => None,
     };
     let job = Job {
         ws,
+        opened,
         mesh,
         g,
         shape,
@@ -171,16 +233,25 @@ pub fn run(
     };
     let doubles = kind == Some(CoordKind::F8);
     let job = &job;
-    let built = match (shape.index == 8, narrow(triangles, vertices), doubles) {
-        (false, true, false) => passes::<u32, u32, f32>(&mut clock, job, &bounds),
-        (false, true, true) => passes::<u32, u32, f64>(&mut clock, job, &bounds),
-        (false, false, false) => passes::<u32, u64, f32>(&mut clock, job, &bounds),
-        (false, false, true) => passes::<u32, u64, f64>(&mut clock, job, &bounds),
-        (true, _, false) => passes::<u64, u64, f32>(&mut clock, job, &bounds),
-        (true, _, true) => passes::<u64, u64, f64>(&mut clock, job, &bounds),
+    let built = match clock.restored(BUILT)? {
+        Some(built) => Ok(built),
+        None => {
+            let built = match (shape.index == 8, narrow(triangles, vertices), doubles) {
+                (false, true, false) => passes::<u32, u32, f32>(&mut clock, job, &bounds),
+                (false, true, true) => passes::<u32, u32, f64>(&mut clock, job, &bounds),
+                (false, false, false) => passes::<u32, u64, f32>(&mut clock, job, &bounds),
+                (false, false, true) => passes::<u32, u64, f64>(&mut clock, job, &bounds),
+                (true, _, false) => passes::<u64, u64, f32>(&mut clock, job, &bounds),
+                (true, _, true) => passes::<u64, u64, f64>(&mut clock, job, &bounds),
+            };
+            built.and_then(|built| {
+                clock.done(BUILT, opened, &built)?;
+                Ok(built)
+            })
+        }
     };
     let sealed = built.and_then(|built| {
-        let manifest = seal(&mut clock, job, &built, g_file)?;
+        let manifest = seal(&mut clock, job, &built)?;
         Ok((built, manifest))
     });
     let (built, manifest) = sealed.map_err(|e| with_need(e, job))?;
@@ -210,6 +281,9 @@ pub fn check_width(narrow: bool, triangles: u64, vertices: u64) -> Result<()> {
     }
     Ok(())
 }
+
+/// The step behind which all arrays are complete.
+const BUILT: &str = "finish";
 
 /// More vertices than any mesh has: ids are packed beside a few bits.
 const MOST_VERTICES: u64 = 1 << 56;
@@ -258,8 +332,16 @@ fn passes<I: Index, W: Index, X: Coord>(
     job: &Job,
     bounds: &Bounds,
 ) -> Result<Built> {
-    let mut way = choose::<I>(job)?;
-    check_after_read(job, way)?;
+    let mut way = match clock.steps.left() {
+        Some(CHUNKED) => Way::InOrder { whatever: true },
+        Some(step) if step == settled_by(Kind::Place) => Way::Cells(Kind::Place),
+        Some(step) if step == settled_by(Kind::Id) => Way::Cells(Kind::Id),
+        _ => {
+            let way = choose::<I>(job)?;
+            check_after_read(job, way)?;
+            way
+        }
+    };
     loop {
         let done = match way {
             Way::InOrder { whatever } => in_order::<I, W, X>(clock, job, bounds, whatever)?,
@@ -279,10 +361,11 @@ fn passes<I: Index, W: Index, X: Coord>(
 }
 
 /// Checksums, manifest, sync.
-fn seal(clock: &mut Clock, job: &Job, built: &Built, g: Option<OutArray>) -> Result<Manifest> {
+fn seal(clock: &mut Clock, job: &Job, built: &Built) -> Result<Manifest> {
     let ws = job.ws;
+    let g = job.opened.placed.as_ref().map(|placed| &placed.file);
     let mut files: Vec<&OutArray> = built.files.iter().collect();
-    files.extend(&g);
+    files.extend(g);
     files.sort_by_key(|f| f.name);
     let warm: Vec<(&DataFile, &WarmSums)> = files.iter().map(|f| (&f.file, &f.sums)).collect();
     let all = warm.iter().map(|(_, sums)| *sums).chain(&job.mesh.sums);

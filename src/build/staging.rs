@@ -1,97 +1,288 @@
-//! The folder under construction: a temporary name beside the target, renamed when complete.
+//! The folder under construction: a working folder beside the target, out of which the finished
+//! folder is renamed.
+//!
+//! ```text
+//!   .NAME.partial/lock      held by the process that builds; its number
+//!                 out/      becomes NAME
+//!                 scratch/  scratch files, unless they lie elsewhere
+//!                 state     what a build that was stopped goes on from
+//!                 replaced/ what NAME was, for a moment, where names cannot be exchanged
+//! ```
 //!
 //! Why beside: a rename within one file system is atomic, so the target either does not exist
-//! or is whole. A build that fails removes what it made.
+//! or is whole. With `--force` the new folder and the old one exchange their names in one step
+//! where the system can; else the old one is put aside, and put back by the next run when the
+//! process was killed before the new one had its name.
+//!
+//! Why a lock: two builds of one target never meet, and what a killed one left is known for dead
+//! (see [`Lock`]). A build that fails removes what it made, unless it can be gone on with.
 
-use crate::disk::fs;
+use crate::disk::{Fleeting, Lock, Tried, fs};
 use crate::error::{Error, Result};
 use crate::folder;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// A folder that is removed on drop unless it was put in its place.
+/// The folder that will be the target.
+const OUT: &str = "out";
+/// The folder of scratch files.
+const SCRATCH: &str = "scratch";
+/// What a stopped build goes on from.
+const STATE: &str = "state";
+/// What the target was.
+const REPLACED: &str = "replaced";
+
+/// A folder that is removed on drop unless it was put in its place, or its state is kept.
 #[derive(Debug)]
 pub struct Staging {
-    path: PathBuf,
+    work: PathBuf,
+    out: PathBuf,
     target: PathBuf,
     force: bool,
     done: bool,
+    /// Folders of scratch files elsewhere.
+    rooms: Vec<(PathBuf, Lock)>,
+    _fleeting: Fleeting,
+    _lock: Lock,
+}
+
+/// What to do with the state that a stopped build left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Former {
+    /// Refuse to begin.
+    Refuse,
+    /// Begin anew.
+    Remove,
+    /// Go on with it.
+    Resume,
 }
 
 impl Staging {
-    /// Makes the temporary folder for `target`. `spare` names what must not be replaced with
-    /// it: the files that the build reads, and the folders of its scratch files.
+    /// Makes the working folder for `target`, or takes over that of a build that was stopped.
+    /// `spare` names what must not be replaced with the target: the files that the build reads, and
+    /// the folders of its scratch files.
     ///
     /// # Errors
     /// [`Error::Usage`] when the target exists and `force` is not given, or is no mesh folder,
-    /// or holds one of `spare`; [`Error::Io`].
-    pub fn new(target: &Path, force: bool, spare: &[&Path]) -> Result<Staging> {
-        if target.symlink_metadata().is_ok() {
-            check_replaceable(target, force, spare)?;
-        }
+    /// or holds one of `spare`; when another process builds it; when a stopped build can be gone
+    /// on with, and `former` refuses; [`Error::Io`].
+    pub fn new(target: &Path, force: bool, former: Former, spare: &[&Path]) -> Result<Staging> {
         let name = target.file_name().map(|n| n.to_string_lossy().into_owned());
         let Some(name) = name else {
             let what = format!("{} names no folder that can be made", target.display());
             return Err(Error::Usage(what));
         };
-        let path = parent(target).join(format!(".{name}.partial-{}", std::process::id()));
-        fs::create_dir(&path).map_err(|e| Error::io(&path, "create the folder", e))?;
-        Ok(Staging {
-            path,
+        if target.symlink_metadata().is_ok() {
+            check_replaceable(target, force, spare)?;
+        }
+        let work = parent(target).join(format!(".{name}.partial"));
+        let is_link = |meta: std::fs::Metadata| !meta.is_dir();
+        if work.symlink_metadata().is_ok_and(is_link) {
+            return Err(Error::Usage(format!(
+                "{} is in the way of the working folder; remove it",
+                work.display()
+            )));
+        }
+        let lock = match Lock::of_folder(&work)? {
+            Tried::Taken(lock) => lock,
+            Tried::Held(by) => return Err(at_work(target, by)),
+        };
+        let staging = Staging {
+            out: work.join(OUT),
             target: target.to_owned(),
             force,
             done: false,
-        })
+            rooms: Vec::new(),
+            _fleeting: Fleeting::unless(&work, &work.join(STATE)),
+            _lock: lock,
+            work,
+        };
+        staging.take_over(former)?;
+        Ok(staging)
     }
 
-    /// The temporary folder.
+    /// Puts back what was put aside, and removes what cannot be gone on with.
+    fn take_over(&self, former: Former) -> Result<()> {
+        let aside = self.work.join(REPLACED);
+        if aside.symlink_metadata().is_ok() {
+            if self.target.symlink_metadata().is_err() {
+                fs::rename(&aside, &self.target)
+                    .map_err(|e| Error::io(&self.target, "put the old folder back to it", e))?;
+                sync_dir(parent(&self.target))?;
+                check_replaceable(&self.target, self.force, &[])?;
+            } else {
+                remove(&aside)?;
+            }
+        }
+        if self.state().is_file() {
+            match former {
+                Former::Resume => return self.make_folders(),
+                Former::Remove => {}
+                Former::Refuse => {
+                    return Err(Error::Usage(format!(
+                        "{}: a build of it was stopped and can be gone on with: --resume goes \
+                         on, --force begins anew",
+                        self.target.display()
+                    )));
+                }
+            }
+        }
+        // The state first: a killed removal must not leave a state without its files.
+        remove(&self.state())?;
+        for name in [OUT, SCRATCH] {
+            remove(&self.work.join(name))?;
+        }
+        self.make_folders()
+    }
+
+    fn make_folders(&self) -> Result<()> {
+        for dir in [self.out.clone(), self.scratch()] {
+            match fs::create_dir(&dir) {
+                Err(e) if e.kind() != ErrorKind::AlreadyExists => {
+                    return Err(Error::io(&dir, "create the folder", e));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// A folder for scratch files in each of `dirs`, named from the target; or the one beside it
+    /// when there are none.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when another process uses one; [`Error::Io`].
+    pub fn rooms(&mut self, dirs: &[PathBuf]) -> Result<Vec<PathBuf>> {
+        if dirs.is_empty() {
+            return Ok(vec![self.scratch()]);
+        }
+        let real = fs::canonicalize(&self.work).map_err(|e| Error::io(&self.work, "find it", e))?;
+        let sum = xxhash_rust::xxh3::xxh3_64(real.as_os_str().as_encoded_bytes());
+        let name = self
+            .target
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy();
+        for dir in dirs {
+            let room = dir.join(format!(".{name}.scratch-{sum:016x}"));
+            let lock = match Lock::of_folder(&room)? {
+                Tried::Taken(lock) => lock,
+                Tried::Held(by) => return Err(at_work(&self.target, by)),
+            };
+            self.rooms.push((room, lock));
+        }
+        let rooms: Vec<PathBuf> = self.rooms.iter().map(|(room, _)| room.clone()).collect();
+        if !self.state().is_file() {
+            // A lock of a folder that was given twice is refused above, so each is swept once.
+            rooms.iter().try_for_each(|room| empty(room))?;
+        }
+        Ok(rooms)
+    }
+
+    /// The folder that will be the target.
     pub fn path(&self) -> &Path {
-        &self.path
+        &self.out
     }
 
-    /// Syncs the folder and renames it to its target.
+    /// The folder for scratch files beside the target.
+    pub fn scratch(&self) -> PathBuf {
+        self.work.join(SCRATCH)
+    }
+
+    /// The file of the state that a stopped build goes on from.
+    pub fn state(&self) -> PathBuf {
+        self.work.join(STATE)
+    }
+
+    /// Syncs the folder and gives it the name of its target.
     ///
     /// # Errors
     /// [`Error::Io`].
     pub fn finish(mut self) -> Result<()> {
-        sync_dir(&self.path)?;
-        let mut old = None;
-        if self.force && self.target.symlink_metadata().is_ok() {
-            let aside = self
-                .path
-                .with_extension(format!("replaced-{}", std::process::id()));
-            fs::rename(&self.target, &aside)
-                .map_err(|e| Error::io(&self.target, "put the old one aside", e))?;
-            old = Some(aside);
-        }
-        if let Err(e) = fs::rename(&self.path, &self.target) {
-            if let Some(old) = &old {
-                // Best effort: what was there is better than nothing under that name.
-                let _ = fs::rename(old, &self.target);
-            }
-            return Err(Error::io(
-                &self.target,
-                "rename the finished folder to it",
-                e,
-            ));
+        sync_dir(&self.out)?;
+        let replaces = self.force && self.target.symlink_metadata().is_ok();
+        if !(replaces && exchange(&self.out, &self.target)) {
+            self.rename(replaces)?;
         }
         self.done = true;
         sync_dir(parent(&self.target))?;
-        match old {
-            Some(old) if old.is_dir() => fs::remove_dir_all(&old),
-            Some(old) => fs::remove_file(&old),
-            None => Ok(()),
+        self.rooms.iter().try_for_each(|(room, _)| remove(room))?;
+        remove(&self.work)
+    }
+
+    /// Gives the folder its name in two steps: what has it now is put aside.
+    fn rename(&self, replaces: bool) -> Result<()> {
+        let aside = self.work.join(REPLACED);
+        if replaces {
+            fs::rename(&self.target, &aside)
+                .map_err(|e| Error::io(&self.target, "put the old one aside", e))?;
         }
-        .map_err(|e| Error::io(&self.target, "remove the folder that it replaces", e))
+        fs::rename(&self.out, &self.target).map_err(|e| {
+            if replaces {
+                // Best effort: what was there is better than nothing under that name.
+                let _ = fs::rename(&aside, &self.target);
+            }
+            Error::io(&self.target, "rename the finished folder to it", e)
+        })
     }
 }
 
 impl Drop for Staging {
     fn drop(&mut self) {
-        if !self.done {
+        if !self.done && !self.state().is_file() && !self.work.join(REPLACED).exists() {
             // Nothing is lost when this fails: the name says that it is partial.
-            let _ = fs::remove_dir_all(&self.path);
+            for (room, _) in &self.rooms {
+                let _ = fs::remove_dir_all(room);
+            }
+            let _ = fs::remove_dir_all(&self.work);
         }
     }
+}
+
+/// The file of the state that a stopped build of `target` leaves, if it leaves one.
+pub fn state_of(target: &Path) -> PathBuf {
+    let name = target.file_name().unwrap_or_default().to_string_lossy();
+    parent(target).join(format!(".{name}.partial")).join(STATE)
+}
+
+/// Two builds of one target.
+fn at_work(target: &Path, by: Option<u32>) -> Error {
+    let who = by.map_or("another process".into(), |pid| format!("process {pid}"));
+    Error::Usage(format!(
+        "{}: {who} is at work on it; wait for it, or choose another name with -o",
+        target.display()
+    ))
+}
+
+/// Exchanges two names in one step; false where the system cannot, and nothing happened.
+#[cfg(target_os = "linux")]
+fn exchange(new: &Path, old: &Path) -> bool {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    renameat_with(CWD, new, CWD, old, RenameFlags::EXCHANGE).is_ok()
+}
+
+#[cfg(not(target_os = "linux"))]
+fn exchange(_: &Path, _: &Path) -> bool {
+    false
+}
+
+/// Removes what a dead build left in its folder of scratch files: all but the lock.
+fn empty(room: &Path) -> Result<()> {
+    let list = fs::read_dir(room).map_err(|e| Error::io(room, "list it", e))?;
+    let others = list.flatten().filter(|entry| entry.file_name() != "lock");
+    others
+        .map(|entry| entry.path())
+        .try_for_each(|path| remove(&path))
+}
+
+/// Removes a file or folder, if it is there; links are not followed.
+fn remove(path: &Path) -> Result<()> {
+    let done = match path.symlink_metadata() {
+        Ok(meta) if meta.is_dir() => fs::remove_dir_all(path),
+        Ok(_) => fs::remove_file(path),
+        Err(_) => Ok(()),
+    };
+    done.map_err(|e| Error::io(path, "remove it", e))
 }
 
 /// Only a mesh folder is ever replaced, and never with something of this build in it.
@@ -122,6 +313,10 @@ pub fn parent(path: &Path) -> &Path {
     }
 }
 
-fn sync_dir(path: &Path) -> Result<()> {
+/// Makes the names in a folder durable.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn sync_dir(path: &Path) -> Result<()> {
     fs::sync_dir(path).map_err(|e| Error::io(path, "sync the folder", e))
 }

@@ -2,8 +2,8 @@
 
 use super::progress;
 use super::work::WorkArgs;
-use super::{Outcome, print, to_json};
-use crate::build::{Builder, IndexChoice, Strategy};
+use super::{Outcome, print, signals, to_json};
+use crate::build::{Builder, IndexChoice, Strategy, state_of};
 use crate::disk::{Counters, fs};
 use crate::error::{Error, Result};
 use crate::folder::{Folder, Orient};
@@ -12,6 +12,7 @@ use crate::report;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Arguments of `build`.
 #[derive(Debug, Args)]
@@ -60,11 +61,16 @@ pub struct BuildArgs {
     /// Replace an existing output
     #[arg(long)]
     force: bool,
+    /// Go on with a build that was stopped, given the same input and options
+    #[arg(long)]
+    resume: bool,
     /// Print the memory, scratch space, output and passes to expect, and make nothing
     #[arg(long)]
     dry_run: bool,
     #[command(flatten)]
     work: WorkArgs,
+    #[arg(long, hide = true)]
+    checkpoint: Option<u64>,
     #[arg(long, hide = true)]
     chunk_triangles: Option<u64>,
     #[arg(long, hide = true)]
@@ -167,6 +173,7 @@ pub(super) fn run(args: &BuildArgs) -> Result<Outcome> {
     if args.dry_run {
         return dry_run(args, &output);
     }
+    signals::can_resume(state_of(&output));
     let done = builder(args).build(&output)?;
     if args.work.quiet && args.json.is_none() {
         return Ok(Outcome::Done);
@@ -227,6 +234,7 @@ fn builder(args: &BuildArgs) -> Builder {
         })
         .measures(!args.no_measures)
         .force(args.force)
+        .resume(args.resume)
         .progress(progress::sink(work.progress, work.quiet));
     for dir in &work.tmp {
         builder = builder.tmp(dir);
@@ -262,6 +270,9 @@ fn builder(args: &BuildArgs) -> Builder {
     }
     if let Some(positions) = &args.positions {
         builder = builder.positions(positions);
+    }
+    if let Some(seconds) = args.checkpoint {
+        builder = builder.checkpoint(Some(Duration::from_secs(seconds)));
     }
     if let Some(chunk) = args.chunk_triangles {
         builder = builder.chunk_triangles(chunk);

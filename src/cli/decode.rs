@@ -9,7 +9,7 @@ use super::{Outcome, print};
 use crate::build::{Builder, parent};
 use crate::codec::decode::decode;
 use crate::codec::file::Packed;
-use crate::disk::{Workspace, fs};
+use crate::disk::{TempFolder, Workspace};
 use crate::error::{Error, Result};
 use crate::export::{ExportRequest, Format, export};
 use crate::folder::{Folder, MANIFEST, Orient};
@@ -46,8 +46,7 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
     let packed = Packed::open(&ws.budget, &ws.io, &args.file)?;
     refuse(args, packed.head.coords > 0)?;
     let dir = ws.scratch.first_dir().to_owned();
-    let temp = fs::create_temporary_dir(&dir, ".cornermill-decode-")
-        .map_err(|e| Error::io(&dir, "make a folder there", e))?;
+    let temp = TempFolder::new(&dir, "decode")?;
     let (v, g) = (temp.path().join("V.npy"), temp.path().join("G.npy"));
     let count = {
         let count = decode(&ws, &packed, &v, &g)?;
@@ -121,6 +120,7 @@ fn build(
         .orient(Orient::Keep)
         .measures(measures)
         .force(args.force)
+        .checkpoint(None)
         .progress(progress::sink(work.progress, work.quiet));
     for dir in &work.tmp {
         builder = builder.tmp(dir);

@@ -1,7 +1,8 @@
 //! The command line: one file a subcommand. Terminal, progress and exit codes live only here.
 //!
 //! Reports go to stdout, everything else to stderr. Exit codes: 0 done, 1 a check failed,
-//! 2 usage, 3 bad input, 4 I/O or disk full, 5 budget too small, 70 internal error.
+//! 2 usage, 3 bad input, 4 I/O or disk full, 5 budget too small, 70 internal error, 130 and 143
+//! stopped by SIGINT and SIGTERM.
 
 mod build;
 mod check;
@@ -17,6 +18,7 @@ mod pieces;
 mod progress;
 mod report;
 mod select;
+mod signals;
 mod size;
 mod swirl;
 mod verify;
@@ -86,10 +88,10 @@ pub fn run() -> ExitCode {
             return ExitCode::from(code);
         }
     };
+    signals::listen();
     let (code, said) = execute(&cli);
     if let Some(said) = said {
-        // Where even stderr cannot be written, the exit code still tells.
-        let _ = writeln!(std::io::stderr(), "cornermill: {said}");
+        say(&said);
     }
     ExitCode::from(code)
 }
@@ -101,14 +103,14 @@ pub fn run_here(args: &[std::ffi::OsString]) -> (u8, String) {
     match Cli::try_parse_from(args) {
         Ok(cli) => {
             let (code, said) = execute(&cli);
-            (code, said.unwrap_or_default())
+            (code, said.map_or(String::new(), |e| e.to_string()))
         }
         Err(e) => (2, e.to_string()),
     }
 }
 
 /// Runs the subcommand; the exit code, and what went wrong.
-fn execute(cli: &Cli) -> (u8, Option<String>) {
+fn execute(cli: &Cli) -> (u8, Option<Error>) {
     let command = || match &cli.command {
         Command::Build(args) => build::run(args),
         Command::Check(args) => check::run(args),
@@ -131,7 +133,20 @@ fn execute(cli: &Cli) -> (u8, Option<String>) {
     match done {
         Ok(Outcome::Done) => (0, None),
         Ok(Outcome::CheckFailed) => (1, None),
-        Err(e) => (code_of(&e), Some(e.to_string())),
+        Err(e) => (code_of(&e), Some(e)),
+    }
+}
+
+/// Says what went wrong.
+fn say(error: &Error) {
+    // Where even stderr cannot be written, the exit code still tells.
+    let _ = writeln!(std::io::stderr(), "cornermill: {error}");
+    let stopped = matches!(
+        error,
+        Error::Interrupted { .. } | Error::Io { .. } | Error::DiskLimit { .. }
+    );
+    if let (true, Some(advice)) = (stopped, signals::advice()) {
+        let _ = writeln!(std::io::stderr(), "cornermill: {advice}");
     }
 }
 
@@ -142,6 +157,7 @@ fn code_of(error: &Error) -> u8 {
         Error::Input(_) => 3,
         Error::Io { .. } | Error::DiskLimit { .. } => 4,
         Error::Budget { .. } => 5,
+        Error::Interrupted { signal } => signals::code(*signal),
         Error::Internal(_) => 70,
     }
 }

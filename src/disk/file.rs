@@ -3,7 +3,7 @@
 //! Reads and writes go to the caller's buffer, so memory is the caller's; every byte is
 //! counted. Offsets make the calls independent of each other: threads share one file.
 
-use super::{Counters, fs};
+use super::{Counters, fs, go_on};
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::ErrorKind;
@@ -99,6 +99,7 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`], also when the file ends before `buf` is full.
     pub fn read_at(&self, buf: &mut [u8], at: u64) -> Result<()> {
+        go_on()?;
         let failed =
             |bytes, e| Error::io(&self.path, format!("read {bytes} bytes at byte {at}"), e);
         let mut done = 0;
@@ -119,6 +120,7 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`].
     pub fn read_some_at(&self, buf: &mut [u8], at: u64) -> Result<usize> {
+        go_on()?;
         let mut done = 0;
         while done < buf.len() {
             match fs::read_at(&self.file, &self.path, &mut buf[done..], at + done as u64) {
@@ -139,6 +141,7 @@ impl DataFile {
     /// # Errors
     /// [`Error::Io`].
     pub fn write_at(&self, buf: &[u8], at: u64) -> Result<()> {
+        go_on()?;
         let failed = |e| {
             let action = format!("write {} bytes at byte {at}", buf.len());
             Error::io(&self.path, action, e)

@@ -73,8 +73,8 @@ pub(crate) fn create_nameless(dir: &Path) -> io::Result<File> {
 pub(crate) fn create_temporary(dir: &Path) -> io::Result<NamedTempFile> {
     pass(Call::Create, dir, 0)?;
     tempfile::Builder::new()
-        .prefix(".cornermill-")
-        .suffix(".tmp")
+        .prefix(super::lock::PREFIX)
+        .suffix(super::lock::SUFFIX)
         .permissions(PermissionsExt::from_mode(0o666))
         .tempfile_in(dir)
 }

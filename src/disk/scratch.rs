@@ -2,7 +2,9 @@
 //! against a limit, gone when dropped.
 //!
 //! The files have no name once they are open (they are unlinked at once), so a killed
-//! process leaves nothing behind.
+//! process leaves nothing behind. Where a process keeps a [journal](super::journal) they have names,
+//! and those that the journal in force names are *pinned*: neither freed nor removed before the
+//! next one is in force, since a killed process is gone on with from them.
 //!
 //! What counts is what was written: a range that is only reserved is a hole in the file, and a
 //! range that is freed becomes one again, where the file system knows holes.
@@ -10,8 +12,8 @@
 use super::{Counters, DataFile, fs};
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 #[derive(Debug)]
 struct Inner {
@@ -21,6 +23,41 @@ struct Inner {
     used: AtomicU64,
     peak: AtomicU64,
     io: Arc<Counters>,
+    /// The journal, where files have names.
+    journal: Option<PathBuf>,
+    pinned: Mutex<Vec<Arc<Named>>>,
+}
+
+/// The name of a scratch file, and what became of it.
+#[derive(Debug)]
+pub(super) struct Named {
+    path: PathBuf,
+    fate: Mutex<Fate>,
+}
+
+#[derive(Debug, Default)]
+struct Fate {
+    pinned: bool,
+    /// Bytes that it held when it was dropped.
+    dropped: Option<u64>,
+}
+
+impl Named {
+    fn new(path: &Path) -> Arc<Named> {
+        Arc::new(Named {
+            path: path.to_owned(),
+            fate: Mutex::default(),
+        })
+    }
+
+    /// Its path.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn fate(&self) -> MutexGuard<'_, Fate> {
+        self.fate.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Where temporary files go. Clones share the limit and the counters.
@@ -37,6 +74,7 @@ pub struct ScratchFile {
     /// Bytes that count.
     held: AtomicU64,
     scratch: Scratch,
+    named: Option<Arc<Named>>,
 }
 
 /// Reserved ranges begin and end at multiples of this: what file systems allocate and free.
@@ -48,6 +86,28 @@ impl Scratch {
     /// # Errors
     /// [`Error::Usage`] when `dirs` is empty.
     pub fn new(dirs: &[PathBuf], limit: u64, io: &Arc<Counters>) -> Result<Scratch> {
+        Scratch::with(dirs, limit, io, None)
+    }
+
+    /// The same with files that have names, for a process that keeps its journal at `journal`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when `dirs` is empty.
+    pub fn named(
+        dirs: &[PathBuf],
+        limit: u64,
+        io: &Arc<Counters>,
+        journal: &Path,
+    ) -> Result<Scratch> {
+        Scratch::with(dirs, limit, io, Some(journal.to_owned()))
+    }
+
+    fn with(
+        dirs: &[PathBuf],
+        limit: u64,
+        io: &Arc<Counters>,
+        journal: Option<PathBuf>,
+    ) -> Result<Scratch> {
         if dirs.is_empty() {
             return Err(Error::Usage(
                 "scratch space needs at least one folder".into(),
@@ -60,6 +120,8 @@ impl Scratch {
             used: AtomicU64::new(0),
             peak: AtomicU64::new(0),
             io: Arc::clone(io),
+            journal,
+            pinned: Mutex::default(),
         })))
     }
 
@@ -70,14 +132,110 @@ impl Scratch {
     pub fn file(&self, what: &str) -> Result<ScratchFile> {
         let turn = self.0.next.fetch_add(1, Ordering::Relaxed);
         let dir = &self.0.dirs[turn % self.0.dirs.len()];
-        let file = fs::create_nameless(dir)
-            .map_err(|e| Error::io(dir, format!("create a temporary file for {what} there"), e))?;
-        Ok(ScratchFile {
-            data: DataFile::from_file(file, &dir.join(format!("(temporary: {what})")), &self.0.io),
+        let failed = |e| Error::io(dir, format!("create a temporary file for {what} there"), e);
+        if self.0.journal.is_none() {
+            let file = fs::create_nameless(dir).map_err(failed)?;
+            let name = dir.join(format!("(temporary: {what})"));
+            return Ok(self.around(DataFile::from_file(file, &name, &self.0.io), None));
+        }
+        let readable = what.replace(|c: char| !c.is_ascii_alphanumeric(), "-");
+        let file = tempfile::Builder::new()
+            .prefix(&format!("{turn:06}-{readable}-"))
+            .tempfile_in(dir)
+            .map_err(failed)?;
+        let (file, path) = file
+            .keep()
+            .map_err(|e| Error::io(dir, "keep a temporary file there", e.error))?;
+        let data = DataFile::from_file(file, &path, &self.0.io);
+        Ok(self.around(data, Some(Named::new(&path))))
+    }
+
+    fn around(&self, data: DataFile, named: Option<Arc<Named>>) -> ScratchFile {
+        ScratchFile {
+            data,
             len: AtomicU64::new(0),
             held: AtomicU64::new(0),
             scratch: self.clone(),
+            named,
+        }
+    }
+
+    /// Takes over a file that another process left.
+    pub(super) fn adopt(
+        &self,
+        data: DataFile,
+        path: &Path,
+        len: u64,
+        held: u64,
+    ) -> Result<ScratchFile> {
+        let file = self.around(data, Some(Named::new(path)));
+        *file.named()?.fate() = Fate {
+            pinned: true,
+            dropped: None,
+        };
+        file.len.store(len, Ordering::Relaxed);
+        file.grow(held)?;
+        Ok(file)
+    }
+
+    /// Pins these files, and no others.
+    pub(super) fn pin(&self, files: Vec<Arc<Named>>) {
+        files.iter().for_each(|named| named.fate().pinned = true);
+        let before = std::mem::replace(&mut *self.pinned(), files);
+        let now = self.pinned();
+        let still = |named: &Arc<Named>| now.iter().any(|other| Arc::ptr_eq(named, other));
+        for named in before.iter().filter(|named| !still(named)) {
+            let mut fate = named.fate();
+            fate.pinned = false;
+            if let Some(held) = fate.dropped {
+                // Best effort: what stays is removed with its folder.
+                let _ = std::fs::remove_file(&named.path);
+                self.0.used.fetch_sub(held, Ordering::Relaxed);
+            }
+        }
+    }
+
+    fn pinned(&self) -> MutexGuard<'_, Vec<Arc<Named>>> {
+        self.0.pinned.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Gives up going on from the journal, for the space that it takes. False when none does.
+    fn give_up(&self) -> bool {
+        let waits = |named: &Arc<Named>| named.fate().dropped.is_some();
+        let any = self.pinned().iter().any(waits);
+        if let (true, Some(journal)) = (any, &self.0.journal) {
+            // The journal first: it must not outlive what it names.
+            if std::fs::remove_file(journal).is_ok() {
+                self.pin(Vec::new());
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Makes the names of the files durable.
+    pub(super) fn sync_dirs(&self) -> Result<()> {
+        self.0.dirs.iter().try_for_each(|dir| {
+            std::fs::File::open(dir)
+                .and_then(|dir| dir.sync_all())
+                .map_err(|e| Error::io(dir, "sync the folder", e))
         })
+    }
+
+    /// Removes all files of the folders but these. Only for folders that are the process's own.
+    pub(super) fn sweep(&self, stay: &[&Path]) -> Result<()> {
+        for dir in &self.0.dirs {
+            let list = std::fs::read_dir(dir).map_err(|e| Error::io(dir, "list it", e))?;
+            for path in list.flatten().map(|entry| entry.path()) {
+                if path.is_file()
+                    && path.file_name() != Some("lock".as_ref())
+                    && !stay.contains(&&*path)
+                {
+                    std::fs::remove_file(&path).map_err(|e| Error::io(&path, "remove it", e))?;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Bytes in use now.
@@ -109,6 +267,9 @@ impl Scratch {
         let used = self.0.used.fetch_add(bytes, Ordering::Relaxed) + bytes;
         if used > self.0.limit {
             self.0.used.fetch_sub(bytes, Ordering::Relaxed);
+            if self.give_up() {
+                return self.grow(bytes);
+            }
             return Err(Error::DiskLimit {
                 need: used,
                 limit: self.0.limit,
@@ -159,8 +320,13 @@ impl ScratchFile {
     }
 
     /// Frees the first `bytes` of the reserved range at byte `at`, which were filled. False when
-    /// the file system does not free parts of files: they count until the file is dropped.
+    /// the file system does not free parts of files, or this one is pinned: they count until the
+    /// file is dropped.
     pub fn free(&self, at: u64, bytes: u64) -> bool {
+        let pinned = |named: &Arc<Named>| named.fate().pinned;
+        if self.named.as_ref().is_some_and(pinned) {
+            return false;
+        }
         let freed = self.data.punch(at, bytes.next_multiple_of(PAGE));
         if freed {
             self.held.fetch_sub(bytes, Ordering::Relaxed);
@@ -193,6 +359,15 @@ impl ScratchFile {
         self.len.load(Ordering::Relaxed)
     }
 
+    pub(super) fn held(&self) -> u64 {
+        self.held.load(Ordering::Relaxed)
+    }
+
+    pub(super) fn named(&self) -> Result<&Arc<Named>> {
+        let none = || Error::Internal("a scratch file without a name is to be kept".into());
+        self.named.as_ref().ok_or_else(none)
+    }
+
     /// True when nothing was appended.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -207,6 +382,15 @@ impl ScratchFile {
 impl Drop for ScratchFile {
     fn drop(&mut self) {
         let held = *self.held.get_mut();
+        if let Some(named) = &self.named {
+            let mut fate = named.fate();
+            if fate.pinned {
+                fate.dropped = Some(held);
+                return;
+            }
+            // Best effort: what stays is removed with its folder.
+            let _ = std::fs::remove_file(&named.path);
+        }
         self.scratch.0.used.fetch_sub(held, Ordering::Relaxed);
     }
 }

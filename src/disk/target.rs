@@ -1,11 +1,14 @@
 //! A file that appears under its name when it is complete.
 //!
 //! Why nothing half-written is left under the name: all is written to a temporary file beside
-//! it, which is synced and renamed at the end, and gone when dropped before.
+//! it, which is synced and renamed at the end, and gone when dropped before. It is locked while
+//! its process lives, so what a killed one left is removed by the next that writes there.
 //!
 //! Memory: none that grows. I/O: what its owner writes.
 
 use super::fs::{self, Stream};
+use super::lock::{claim, sweep};
+use super::stop::Fleeting;
 use super::{Counters, DataFile};
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -19,6 +22,7 @@ pub struct Target {
     stream: Stream,
     path: PathBuf,
     force: bool,
+    _fleeting: Fleeting,
 }
 
 impl Target {
@@ -50,10 +54,15 @@ impl Target {
                 path.display()
             )));
         }
+        sweep(dir);
         let failed = |e| Error::io(dir, "create a file there", e);
-        let temp = fs::create_temporary(dir).map_err(failed)?;
+        let mut temp = fs::create_temporary(dir).map_err(failed)?;
+        while !claim(temp.as_file(), temp.path())? {
+            temp = fs::create_temporary(dir).map_err(failed)?;
+        }
         let stream = Stream::new(temp.as_file().try_clone().map_err(failed)?, path);
         Ok(Target {
+            _fleeting: Fleeting::new(temp.path()),
             temp,
             stream,
             path: path.to_owned(),

@@ -12,7 +12,7 @@
 #![allow(unsafe_code)]
 
 use super::lost::Watch;
-use super::{Counters, DataFile, fs};
+use super::{Counters, DataFile, fs, go_on};
 use crate::error::{Error, Result};
 use bytemuck::Pod;
 use memmap2::{Mmap, MmapOptions};
@@ -73,6 +73,7 @@ impl Window {
     }
 
     fn map(file: &DataFile, at: u64, len: usize, populate: bool) -> Result<Window> {
+        go_on()?;
         let have = file.len()?;
         if at.checked_add(len as u64).is_none_or(|end| end > have) {
             return Err(Error::input(

@@ -4,6 +4,7 @@
 //! fails all smaller ones were handed out before it and run to their end; the error of the
 //! smallest failing unit is the one returned.
 
+use super::go_on;
 use crate::error::{Error, Result};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -67,7 +68,7 @@ impl Workers {
                 if unit >= units {
                     break;
                 }
-                if let Err(e) = work(&mut state, unit) {
+                if let Err(e) = go_on().and_then(|()| work(&mut state, unit)) {
                     return fail(unit, e);
                 }
             }

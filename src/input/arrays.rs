@@ -11,7 +11,7 @@
 //! Source: NumPy Enhancement Proposal 1, "A Simple File Format for NumPy Arrays".
 
 use super::{CoordArray, CoordKind, Endian, IndexArray, IndexKind, Mesh, Request, Source};
-use crate::disk::{DataFile, Workspace, fs};
+use crate::disk::{Budget, DataFile, Workspace, fs};
 use crate::error::{Error, Result};
 use crate::folder::npy::Header;
 use crate::folder::{InputEntry, WarmSums};
@@ -149,12 +149,7 @@ fn check_count(request: &Request, g: Option<&CoordArray>) -> Result<()> {
 /// [`Error::Budget`], [`Error::Io`].
 pub fn finish(ws: &Workspace, request: &Request, arrays: Arrays, format: &str) -> Result<Mesh> {
     let Arrays { v, g } = arrays;
-    let rows = 3 * v.kind.bytes() * v.triangles;
-    let mut sums = vec![sums(ws, v.source.data(), v.at..v.at + rows)?];
-    if let Some(g) = &g {
-        let rows = 3 * g.kind.bytes() * g.vertices;
-        sums.push(self::sums(ws, g.source.data(), g.at..g.at + rows)?);
-    }
+    let sums = sums_of(&ws.budget, &v, g.as_ref())?;
     Ok(Mesh {
         v,
         g,
@@ -169,10 +164,25 @@ pub fn finish(ws: &Workspace, request: &Request, arrays: Arrays, format: &str) -
     })
 }
 
+/// What the digests of arrays that are used in place are taken by.
+pub(super) fn sums_of(
+    budget: &Budget,
+    v: &IndexArray,
+    g: Option<&CoordArray>,
+) -> Result<Vec<WarmSums>> {
+    let rows = 3 * v.kind.bytes() * v.triangles;
+    let mut sums = vec![sums(budget, v.source.data(), v.at..v.at + rows)?];
+    if let Some(g) = g {
+        let rows = 3 * g.kind.bytes() * g.vertices;
+        sums.push(self::sums(budget, g.source.data(), g.at..g.at + rows)?);
+    }
+    Ok(sums)
+}
+
 /// The sums of a file of which no pass will read more than `rows`.
-fn sums(ws: &Workspace, file: &DataFile, rows: Range<u64>) -> Result<WarmSums> {
+fn sums(budget: &Budget, file: &DataFile, rows: Range<u64>) -> Result<WarmSums> {
     let bytes = file.len()?;
-    let sums = WarmSums::new(&ws.budget, bytes, true)?;
+    let sums = WarmSums::new(budget, bytes, true)?;
     sums.seen(file, 0, rows.start)?;
     sums.seen(file, rows.end, bytes.saturating_sub(rows.end))?;
     Ok(sums)

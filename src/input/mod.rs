@@ -9,6 +9,7 @@
 //! Memory: fixed buffers, whatever the file claims. I/O: the input once; V and G written once.
 
 pub mod arrays;
+mod keep;
 mod number;
 mod obj;
 mod off;

@@ -12,8 +12,10 @@ use super::layout::Layout;
 use super::runs::{Run, Runs};
 use super::sorter::Sorter;
 use super::writer::lock;
+use crate::disk::journal::{Pen, Reader};
 use crate::disk::{Budget, Lease, Scratch, ScratchFile};
 use crate::error::{Error, Result};
+use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -30,7 +32,8 @@ pub(super) enum Held<R> {
 }
 
 /// Consecutive records of one bucket in kept memory.
-#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Kept {
     pub bucket: u32,
     pub records: u32,
@@ -57,6 +60,42 @@ impl<R> Resident<R> {
         found.map_or(&[], |i| {
             let Kept { at, records, .. } = self.parts[i];
             &self.records[at..at + records as usize]
+        })
+    }
+}
+
+impl<R: Record> Held<R> {
+    /// Writes it down.
+    pub(super) fn keep(&self, to: &mut Pen) -> Result<()> {
+        match self {
+            Held::Spilled { runs, _lease } => {
+                to.number(0)?;
+                to.number(_lease.bytes())?;
+                runs.keep(to)
+            }
+            Held::Kept { records, _lease } => {
+                to.number(1)?;
+                to.number(_lease.bytes())?;
+                to.list(&records.records)?;
+                to.list(&records.parts)
+            }
+        }
+    }
+
+    /// Reads it back.
+    pub(super) fn restore(from: &mut Reader) -> Result<Held<R>> {
+        let (kept, bytes) = (from.number()? == 1, from.number()?);
+        let lease = from.budget.lease("what a shuffle holds", bytes)?;
+        Ok(if kept {
+            Held::Kept {
+                records: Resident::new(from.list()?, from.list()?),
+                _lease: lease,
+            }
+        } else {
+            Held::Spilled {
+                runs: Runs::restore(from)?,
+                _lease: lease,
+            }
         })
     }
 }
@@ -113,6 +152,16 @@ impl<R: Record> Buckets<R> {
             scratch,
             _lease: lease,
         })
+    }
+
+    /// Writes them down, as long as none was read.
+    pub(super) fn write_down(&self, to: &mut Pen) -> Result<()> {
+        if self.taken.iter().any(|taken| taken.load(Ordering::Relaxed)) {
+            return Err(Error::Internal("buckets are kept that were read".into()));
+        }
+        let files: Vec<_> = self.files.iter().map(|f| lock(f).file.clone()).collect();
+        let counts = (self.records, self.spilled);
+        super::keep::keep(to, &self.layout, &files, &self.held, counts)
     }
 
     /// Number of buckets.

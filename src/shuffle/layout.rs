@@ -2,6 +2,8 @@
 //!
 //! Memory: a few words. I/O: none.
 
+use crate::disk::journal::{Pen, Reader};
+use crate::error::{Error, Result};
 use std::ops::Range;
 
 /// Buckets share this many scratch files at most, so that writers seldom meet in one.
@@ -39,5 +41,31 @@ impl Layout {
 
     pub(super) fn files(&self) -> u64 {
         self.buckets.div_ceil(1 << self.file_shift)
+    }
+
+    /// Writes it down.
+    pub(super) fn keep(&self, to: &mut Pen) -> Result<()> {
+        let shifts = [u64::from(self.shift), u64::from(self.file_shift)];
+        to.list(&[
+            self.keys.start,
+            self.keys.end,
+            self.buckets,
+            shifts[0],
+            shifts[1],
+        ])
+    }
+
+    /// Reads it back.
+    pub(super) fn restore(from: &mut Reader) -> Result<Layout> {
+        let numbers = from.list::<u64>()?;
+        let [start, end, buckets, shift, file_shift] = numbers[..] else {
+            return Err(Error::Internal("a layout of other numbers".into()));
+        };
+        Ok(Layout {
+            keys: start..end,
+            buckets,
+            shift: shift as u32,
+            file_shift: file_shift as u32,
+        })
     }
 }

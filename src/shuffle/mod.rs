@@ -22,6 +22,7 @@
 //! keeps its records in memory and writes nothing.
 
 mod buckets;
+mod keep;
 mod layout;
 mod plan;
 mod pool;

@@ -11,8 +11,10 @@
 //! Memory: 16 bytes a run and 8 a bucket, for as many runs as the expected volume can make;
 //! those beyond are leased in steps. I/O: none.
 
+use crate::disk::journal::{Pen, Reader};
 use crate::disk::{Budget, Lease};
 use crate::error::Result;
+use bytemuck::{Pod, Zeroable};
 
 /// Bytes of the first run of a bucket, or one buffer when that is more.
 const FIRST: u64 = 64 << 10;
@@ -41,7 +43,8 @@ pub(super) const fn runs_of(bytes: u64, buckets: u64) -> u64 {
 }
 
 /// Consecutive records of one bucket in its scratch file.
-#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Run {
     /// Byte in the file.
     pub at: u64,
@@ -51,7 +54,8 @@ pub(super) struct Run {
 }
 
 /// The runs of one bucket, the newest first.
-#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct Chain {
     newest: u32,
     /// Records that the newest still takes.
@@ -187,6 +191,31 @@ impl Runs {
             None => self.list[i as usize],
             Some(i) => self.more[i / STEP].0[i % STEP],
         }
+    }
+}
+
+impl Runs {
+    /// Writes them down.
+    pub(super) fn keep(&self, to: &mut Pen) -> Result<()> {
+        to.list(&self.chains)?;
+        to.number(1 + self.more.len() as u64)?;
+        to.list(&self.list)?;
+        self.more.iter().try_for_each(|(step, _)| to.list(step))
+    }
+
+    /// Reads them back, sealed, for whoever leases their memory.
+    pub(super) fn restore(from: &mut Reader) -> Result<Runs> {
+        let chains = from.list()?;
+        let mut list: Vec<Run> = Vec::new();
+        for _ in 0..from.number()? {
+            list.extend(from.list::<Run>()?);
+        }
+        Ok(Runs {
+            expected: list.len(),
+            chains,
+            list,
+            more: Vec::new(),
+        })
     }
 }
 

@@ -9,10 +9,12 @@
 //! I/O: one write for each full buffer.
 
 use super::buckets::{Buckets, Held, Kept, Resident};
+use super::keep::Parts;
 use super::layout::Layout;
 use super::plan::SLOT_BYTES;
 use super::runs::{RUN_BYTES, Runs};
 use super::{Plan, Record};
+use crate::disk::journal::{Pen, Reader};
 use crate::disk::{Budget, Lease, Scratch, ScratchFile, Workspace};
 use crate::error::{Error, Result};
 use std::ops::Range;
@@ -175,6 +177,40 @@ impl<R: Record> Shuffle<R> {
             (done.records, done.spilled),
             (self.budget, self.scratch),
         )
+    }
+
+    /// Writes it down, as long as no writer is at work.
+    pub(super) fn write_down(&self, to: &mut Pen) -> Result<()> {
+        let open = self.open.load(Ordering::Relaxed);
+        if open > 0 {
+            let what = format!("{}: kept while {open} writer(s) are at work", self.what);
+            return Err(Error::Internal(what));
+        }
+        to.number(u64::from(self.per_buffer))?;
+        to.number(self.runs)?;
+        let files: Vec<_> = self.files.iter().map(|file| lock(file).clone()).collect();
+        let done = lock(&self.done);
+        let counts = (done.records, done.spilled);
+        super::keep::keep(to, &self.layout, &files, &done.held, counts)
+    }
+
+    /// What was written down.
+    pub(super) fn of(parts: Parts<R>, per_buffer: u32, runs: u64, from: &Reader) -> Shuffle<R> {
+        Shuffle {
+            what: "a shuffle that is gone on with",
+            layout: parts.layout,
+            per_buffer,
+            runs,
+            files: parts.files.into_iter().map(Mutex::new).collect(),
+            open: AtomicU64::new(0),
+            done: Mutex::new(Done {
+                held: parts.held,
+                records: parts.counts.0,
+                spilled: parts.counts.1,
+            }),
+            budget: from.budget.clone(),
+            scratch: from.scratch.clone(),
+        }
     }
 
     fn file_of(&self, bucket: usize) -> Result<Arc<ScratchFile>> {

@@ -7,6 +7,7 @@
 //!
 //! Memory: 3T/16 bytes. I/O: none.
 
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::disk::{Budget, Lease};
 use crate::error::Result;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -57,7 +58,14 @@ impl Marks {
 
     /// Counts the marks.
     pub fn seal(self) -> Names {
-        let words: Vec<u64> = self.words.into_iter().map(AtomicU64::into_inner).collect();
+        let words = self.words.into_iter().map(AtomicU64::into_inner).collect();
+        Names::of(words, self.lease)
+    }
+}
+
+impl Names {
+    /// Counts the marks.
+    fn of(words: Vec<u64>, lease: Lease) -> Names {
         let mut before = Vec::with_capacity(words.len());
         let mut base = Vec::new();
         let mut count = 0;
@@ -75,7 +83,7 @@ impl Marks {
             before,
             base,
             count,
-            _lease: self.lease,
+            _lease: lease,
         }
     }
 }
@@ -92,6 +100,19 @@ impl Names {
     /// How many there are.
     pub fn count(&self) -> u64 {
         self.count
+    }
+}
+
+impl Keep for Names {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        to.number(self._lease.bytes())?;
+        to.list(&self.words)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Names> {
+        let bytes = from.number()?;
+        let lease = from.budget.lease("names of local components", bytes)?;
+        Ok(Names::of(from.list()?, lease))
     }
 }
 

@@ -111,6 +111,21 @@ pub enum AtHand<'a, X> {
     },
 }
 
+impl<X: Coord> Places<X> {
+    /// What is needed of them once the cells are settled, for a build that is gone on with.
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`].
+    pub fn again(job: &Job) -> Result<Places<X>> {
+        if job.g.is_none() {
+            return Ok(Places::None);
+        }
+        // As much is left to later passes as when the map of cells was made.
+        let whole = Whole::within(job, job.ws.budget.limit() / 2)?;
+        Ok(whole.map_or(Places::Later, Places::Whole))
+    }
+}
+
 impl<'a, X: Coord> Positions<'a, X> {
     /// Bytes held for each local vertex.
     pub const BYTES: u64 = 3 * X::BYTES as u64 + 1;

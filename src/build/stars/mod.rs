@@ -73,6 +73,20 @@ impl Default for Valences {
 }
 
 impl Valences {
+    /// What was counted, class by class.
+    pub fn counted(&self) -> [u64; Self::EXACT as usize + 64] {
+        self.classes
+    }
+
+    /// What was counted before.
+    pub fn of(classes: &[u64], largest: u64, corners: u64) -> Option<Valences> {
+        Some(Valences {
+            classes: classes.try_into().ok()?,
+            largest,
+            corners,
+        })
+    }
+
     /// Valences below are classes of their own.
     const EXACT: u64 = 64;
 

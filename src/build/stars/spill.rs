@@ -16,6 +16,7 @@ use crate::chunk::pair::Pairs;
 use crate::chunk::star::{self, NOTHING, Settled, Sink, StarCount, Stars};
 use crate::corner::{Index, next_k, prev_k};
 use crate::disk::ScratchFile;
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::error::{Error, Result};
 use crate::shuffle::{Buckets, Plan, Shuffle, Writer};
 use std::sync::Mutex;
@@ -109,6 +110,31 @@ impl<W: Index> Spilled<W> {
                 valences: Valences::default(),
             },
             total: &self.valences,
+        })
+    }
+}
+
+impl<W: Index> Keep for Spilled<W> {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        self.parts.keep(to)?;
+        self.candidates.keep(to)?;
+        self.twins.keep(to)?;
+        to.file(&self.shared)?;
+        self.valences
+            .lock()
+            .unwrap_or_else(|e| e.into_inner())
+            .keep(to)?;
+        to.number(self.thread_bytes)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Spilled<W>> {
+        Ok(Spilled {
+            parts: Shuffle::restore(from)?,
+            candidates: Shuffle::restore(from)?,
+            twins: Shuffle::restore(from)?,
+            shared: from.file()?,
+            valences: Mutex::new(Valences::restore(from)?),
+            thread_bytes: from.number()?,
         })
     }
 }

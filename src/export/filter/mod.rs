@@ -35,8 +35,8 @@ use super::select::{self, Chosen};
 use super::selection::Selection;
 use super::used::Used;
 use super::{faces, gather};
-use crate::build::Staging;
 use crate::build::arrays::OutArray;
+use crate::build::{Former, Staging};
 use crate::chunk::grid::Bounds;
 use crate::corner::Index;
 use crate::disk::{DataFile, Workspace};
@@ -95,7 +95,12 @@ pub fn filter(ws: &Workspace, folder: &Folder, request: &FilterRequest) -> Resul
         let what = "no component is left out; give a selection, or copy the folder";
         return Err(Error::Usage(what.into()));
     }
-    let staging = Staging::new(&request.target, request.force, &[folder.path()])?;
+    let staging = Staging::new(
+        &request.target,
+        request.force,
+        Former::Remove,
+        &[folder.path()],
+    )?;
     let Some(mut chosen) = select::choose(ws, folder, &request.selection)? else {
         return Err(Error::Internal("a selection chose everything".into()));
     };

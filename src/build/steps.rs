@@ -1,0 +1,273 @@
+//! Steps: passes whose result is written down, so that a build that was stopped is gone on with
+//! behind them.
+//!
+//! Why a result alone is enough: each step is asked for its result by what comes after it, and
+//! either reads it back or makes it, for which it asks the steps before. So the last result
+//! written down is all that is needed, and what led to it is never asked for. Only the opened mesh is
+//! needed by all, so it leads every journal.
+//!
+//! Why it costs nothing that matters: a result is written down only when so much work would be
+//! lost without it that waiting for the device is little beside it.
+//!
+//! Memory: none. I/O: the state of each step that is written down, and syncing its files.
+
+use super::arrays::OutArray;
+use super::coords::{Placed, array_of};
+use crate::chunk::grid::Bounds;
+use crate::disk::journal::{Keep, Pen, Reader, check_length};
+use crate::disk::{DataFile, Workspace};
+use crate::error::{Error, Result};
+use crate::folder::{self, WarmSums, npy::DATA_START};
+use crate::input::{CoordKind, Mesh};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// The step behind which the mesh is open and G in its place.
+pub const OPENED: &str = "coordinates";
+
+/// What says whether a state belongs to a build: by name, what must be the same.
+pub type Identity = BTreeMap<String, String>;
+
+/// The first line of a journal.
+#[derive(Debug, Serialize, Deserialize)]
+struct Line {
+    step: String,
+    identity: Identity,
+}
+
+/// The mesh, opened, and G in its place: what every pass needs.
+pub struct Opened {
+    /// The input.
+    pub mesh: Mesh,
+    /// G.
+    pub placed: Option<Placed>,
+    /// N.
+    pub vertices: u64,
+}
+
+/// Where the state of a build is kept, and what one that was stopped left there.
+pub struct Steps {
+    state: PathBuf,
+    identity: Identity,
+    /// Work at stake that is worth being written down; never, when there is none.
+    every: Option<Duration>,
+    since: Instant,
+    left: Option<(String, Reader)>,
+    /// The step written down last.
+    written: Option<String>,
+}
+
+impl Steps {
+    /// Steps whose state is kept in the file `state`.
+    pub fn new(state: PathBuf, identity: Identity, every: Option<Duration>) -> Steps {
+        Steps {
+            state,
+            identity,
+            every,
+            since: Instant::now(),
+            left: None,
+            written: None,
+        }
+    }
+
+    /// Reads what a build that was stopped left, if it left anything: the opened mesh.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when it was another build, naming what differs; [`Error::Input`] when what
+    /// it left is damaged; [`Error::Io`].
+    pub fn take_up(&mut self, ws: &Workspace, dir: &std::path::Path) -> Result<Option<Opened>> {
+        if !self.state.is_file() {
+            ws.progress
+                .note("nothing to resume: beginning at the start");
+            return Ok(None);
+        }
+        let mut reader = Reader::open(&self.state, (&ws.budget, &ws.scratch), &ws.io, dir)?;
+        let line: Line = serde_json::from_str(reader.line())
+            .map_err(|e| Error::Internal(format!("a journal that is no JSON: {e}")))?;
+        let keys = line.identity.keys().chain(self.identity.keys());
+        for key in keys {
+            let (was, is) = (line.identity.get(key), self.identity.get(key));
+            if was != is {
+                let said = |value: Option<&String>| value.cloned().unwrap_or("not there".into());
+                return Err(Error::Usage(format!(
+                    "the build that was stopped cannot be resumed: {key} was {}, and is {}; give \
+                     what was given then, or begin anew with --force",
+                    said(was),
+                    said(is)
+                )));
+            }
+        }
+        let opened = Opened::restore(&mut reader)?;
+        ws.progress.note(&format!("resumed behind: {}", line.step));
+        self.written = Some(line.step.clone());
+        if line.step == OPENED {
+            reader.finish()?;
+        } else {
+            self.left = Some((line.step, reader));
+        }
+        self.since = Instant::now();
+        Ok(Some(opened))
+    }
+
+    /// The step behind which the build goes on, as long as it was not asked for.
+    pub fn left(&self) -> Option<&str> {
+        self.left.as_ref().map(|(step, _)| &**step)
+    }
+
+    /// The result of a step, if the build that was stopped left it.
+    ///
+    /// # Errors
+    /// As [`Keep::restore`].
+    pub fn restored<T: Keep>(&mut self, step: &str) -> Result<Option<T>> {
+        match self.left.take() {
+            Some((left, mut reader)) if left == step => {
+                let result = T::restore(&mut reader)?;
+                reader.finish()?;
+                self.since = Instant::now();
+                Ok(Some(result))
+            }
+            other => {
+                self.left = other;
+                Ok(None)
+            }
+        }
+    }
+
+    /// Writes down the result of a step, when enough is at stake.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn done(&mut self, ws: &Workspace, step: &str, keep: Keeping) -> Result<()> {
+        if self
+            .every
+            .is_some_and(|every| self.since.elapsed() >= every)
+        {
+            self.write(ws, step, keep)?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, ws: &Workspace, step: &str, keep: Keeping) -> Result<()> {
+        let line = Line {
+            step: step.to_owned(),
+            identity: self.identity.clone(),
+        };
+        let line = serde_json::to_string(&line)
+            .map_err(|e| Error::Internal(format!("a line that is no JSON: {e}")))?;
+        let mut pen = Pen::new(&self.state, &ws.scratch, &line)?;
+        keep(&mut pen)?;
+        pen.finish()?;
+        self.written = Some(step.to_owned());
+        self.since = Instant::now();
+        Ok(())
+    }
+
+    /// What was written down is about to be changed in place: goes back to the opened mesh.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn back(&mut self, ws: &Workspace, opened: &Opened) -> Result<()> {
+        match self.written.as_deref() {
+            None | Some(OPENED) => Ok(()),
+            Some(_) => self.write(ws, OPENED, &|pen| opened.keep(pen)),
+        }
+    }
+}
+
+/// Writes down a result.
+pub type Keeping<'a> = &'a dyn Fn(&mut Pen) -> Result<()>;
+
+impl Keep for Opened {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        self.mesh.keep(to)?;
+        to.number(self.vertices)?;
+        to.number(u64::from(self.placed.is_some()))?;
+        let Some(placed) = &self.placed else {
+            return Ok(());
+        };
+        placed.file.keep(to)?;
+        to.list(&[placed.bounds.min, placed.bounds.max])?;
+        to.number(placed.bounds.nonfinite)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Opened> {
+        let mesh = Mesh::restore(from)?;
+        let vertices = from.number()?;
+        let placed = match from.number()? {
+            0 => None,
+            _ => {
+                let file = OutArray::restore(from)?;
+                let ends = from.list::<[f64; 3]>()?;
+                let [min, max] = ends[..] else {
+                    return Err(Error::Internal("a box without two ends".into()));
+                };
+                let nonfinite = from.number()?;
+                let kind = match &*file.descr {
+                    "<f8" => CoordKind::F8,
+                    _ => CoordKind::F4,
+                };
+                Some(Placed {
+                    array: array_of(&file, kind, &from.io)?,
+                    file,
+                    bounds: Bounds {
+                        min,
+                        max,
+                        nonfinite,
+                    },
+                })
+            }
+        };
+        Ok(Opened {
+            mesh,
+            placed,
+            vertices,
+        })
+    }
+}
+
+/// The arrays of the folder, by name.
+const NAMES: [&str; 11] = [
+    folder::V,
+    folder::O,
+    folder::G,
+    folder::COMPONENT,
+    folder::FLIPPED,
+    folder::COMPONENTS,
+    folder::NONMANIFOLD_EDGES,
+    folder::NONMANIFOLD_CORNERS,
+    folder::NONMANIFOLD_VERTICES,
+    folder::DUPLICATE,
+    folder::DEGENERATE,
+];
+
+impl Keep for OutArray {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        self.file.sync()?;
+        to.text(self.name)?;
+        to.text(&self.descr)?;
+        to.list(&self.shape)?;
+        to.number(self.sums.bytes())
+    }
+
+    /// The sums are taken anew.
+    fn restore(from: &mut Reader) -> Result<OutArray> {
+        let name = from.text()?;
+        let Some(name) = NAMES.into_iter().find(|known| *known == name) else {
+            return Err(Error::Internal(format!("{name} is no array of a folder")));
+        };
+        let (descr, shape, bytes) = (from.text()?, from.list::<u64>()?, from.number()?);
+        let path = from.dir.join(name);
+        let file = DataFile::open_rw(&path, &from.io)?;
+        check_length(&file, bytes.max(DATA_START))?;
+        from.stays(name);
+        Ok(OutArray {
+            sums: WarmSums::new(&from.budget, bytes, false)?,
+            file,
+            name,
+            descr,
+            shape,
+        })
+    }
+}

@@ -1,0 +1,234 @@
+//! Locks that tell the living from the dead: whoever holds one has it until its process ends,
+//! however it ends.
+//!
+//! Why that works: the system takes the lock of a file (`flock`) back when the last descriptor of
+//! it is closed, and closes all descriptors of a process that was killed. So what can be locked
+//! belongs to nobody who lives. Between making a file and locking it another process may take it
+//! for dead and remove it; so whoever has locked looks whether its file still has its name, and
+//! else begins again.
+//!
+//! Memory: a descriptor. I/O: a few bytes.
+
+use super::fs;
+use super::stop::Fleeting;
+use crate::error::{Error, Result};
+use rustix::fs::{FlockOperation, flock};
+use std::fs::{File, Metadata};
+use std::io::Write;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+/// The name of the lock in a folder that has one.
+const NAME: &str = "lock";
+/// Files and folders that live as long as a command begin with this.
+pub const PREFIX: &str = ".cornermill-";
+/// Files that will get another name end with this.
+pub const SUFFIX: &str = ".tmp";
+
+/// A lock that is held until it is dropped.
+#[derive(Debug)]
+pub struct Lock {
+    _file: File,
+}
+
+/// What came of trying to take a lock.
+#[derive(Debug)]
+pub enum Tried {
+    /// It is ours.
+    Taken(Lock),
+    /// It is held, by the process of this number if it said so.
+    Held(Option<u32>),
+}
+
+impl Lock {
+    /// Tries to take the lock of the folder `dir`, which is made when it does not exist.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn of_folder(dir: &Path) -> Result<Tried> {
+        loop {
+            match fs::create_dir(dir) {
+                Err(e) if e.kind() != std::io::ErrorKind::AlreadyExists => {
+                    return Err(Error::io(dir, "create the folder", e));
+                }
+                _ => {}
+            }
+            let path = dir.join(NAME);
+            let options = File::options()
+                .read(true)
+                .write(true)
+                .create(true)
+                .truncate(false)
+                .open(&path);
+            let mut file = match options {
+                Ok(file) => file,
+                // Whoever took it for dead has removed the folder meanwhile.
+                Err(e) if e.kind() == std::io::ErrorKind::NotFound && !dir.exists() => continue,
+                Err(e) => return Err(Error::io(&path, "open the lock", e)),
+            };
+            if !try_lock(&file, &path)? {
+                let holder = std::fs::read_to_string(&path).ok();
+                return Ok(Tried::Held(holder.and_then(|t| t.trim().parse().ok())));
+            }
+            if !is_named(&file, &path) {
+                continue;
+            }
+            let number = format!("{}\n", std::process::id());
+            file.set_len(0)
+                .and_then(|()| file.write_all(number.as_bytes()))
+                .map_err(|e| Error::io(&path, "write to the lock", e))?;
+            return Ok(Tried::Taken(Lock { _file: file }));
+        }
+    }
+}
+
+/// Locks a file if nobody else has.
+fn try_lock(file: &File, path: &Path) -> Result<bool> {
+    match flock(file, FlockOperation::NonBlockingLockExclusive) {
+        Ok(()) => Ok(true),
+        Err(rustix::io::Errno::WOULDBLOCK) => Ok(false),
+        Err(e) => Err(Error::io(path, "lock it", e.into())),
+    }
+}
+
+/// True when `path` still names this file.
+fn is_named(file: &File, path: &Path) -> bool {
+    let of = |meta: Metadata| (meta.dev(), meta.ino());
+    match (file.metadata(), fs::metadata(path)) {
+        (Ok(own), Ok(named)) => of(own) == of(named),
+        _ => false,
+    }
+}
+
+/// Locks a temporary file that was just made; false when it was taken for dead meanwhile.
+///
+/// # Errors
+/// [`Error::Io`].
+pub(super) fn claim(file: &File, path: &Path) -> Result<bool> {
+    Ok(try_lock(file, path)? && is_named(file, path))
+}
+
+/// A folder that lives as long as a command; removed on drop.
+#[derive(Debug)]
+pub struct TempFolder {
+    path: PathBuf,
+    _lock: Lock,
+    _fleeting: Fleeting,
+}
+
+impl TempFolder {
+    /// Makes one in `dir`, and removes what dead processes left of theirs there.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn new(dir: &Path, what: &str) -> Result<TempFolder> {
+        sweep(dir);
+        let prefix = format!("{PREFIX}{what}-");
+        loop {
+            let path = fs::create_temporary_dir(dir, &prefix)
+                .map_err(|e| Error::io(dir, "make a folder there", e))?
+                .keep();
+            let fleeting = Fleeting::new(&path);
+            if let Tried::Taken(lock) = Lock::of_folder(&path)? {
+                return Ok(TempFolder {
+                    path,
+                    _lock: lock,
+                    _fleeting: fleeting,
+                });
+            }
+        }
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl Drop for TempFolder {
+    fn drop(&mut self) {
+        // What stays is recognised by the next run there.
+        let _ = fs::remove_dir_all(&self.path);
+    }
+}
+
+/// Removes temporary files and folders of dead processes from `dir`. What cannot be looked at or
+/// removed stays: it is in nobody's way.
+pub fn sweep(dir: &Path) {
+    let Ok(entries) = fs::read_dir(dir) else {
+        return;
+    };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        if !name.to_string_lossy().starts_with(PREFIX) {
+            continue;
+        }
+        // The type of the entry itself: a link is never followed.
+        match entry.file_type() {
+            Ok(kind) if kind.is_dir() => sweep_folder(&entry.path()),
+            Ok(kind) if kind.is_file() && name.to_string_lossy().ends_with(SUFFIX) => {
+                sweep_file(&entry.path());
+            }
+            _ => {}
+        }
+    }
+}
+
+fn sweep_file(path: &Path) {
+    let Ok(file) = File::open(path) else {
+        return;
+    };
+    if try_lock(&file, path).unwrap_or(false) && is_named(&file, path) {
+        let _ = fs::remove_file(path);
+    }
+}
+
+fn sweep_folder(dir: &Path) {
+    let path = dir.join(NAME);
+    let Ok(file) = File::open(&path) else {
+        // Just made, or nearly removed: only an empty folder goes.
+        let _ = std::fs::remove_dir(dir);
+        return;
+    };
+    if try_lock(&file, &path).unwrap_or(false) && is_named(&file, &path) {
+        let _ = fs::remove_dir_all(dir);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn the_living_keep_what_is_theirs() {
+        let dir = tempfile::tempdir().unwrap();
+        let alive = TempFolder::new(dir.path(), "test").unwrap();
+        let dead = dir.path().join(".cornermill-test-dead");
+        fs::create_dir(&dead).unwrap();
+        for name in ["lock", "data"] {
+            fs::write(dead.join(name), "1\n").unwrap();
+        }
+        let empty = dir.path().join(".cornermill-empty");
+        fs::create_dir(&empty).unwrap();
+        // Neither names nor kinds that are not ours.
+        let others = [".cornermill-notes", "a.tmp", ".cornermill"].map(|n| dir.path().join(n));
+        others.iter().for_each(|path| fs::write(path, "").unwrap());
+        let file = dir.path().join(".cornermill-x.tmp");
+        fs::write(&file, "").unwrap();
+        let held = File::open(&file).unwrap();
+        assert!(claim(&held, &file).unwrap());
+        sweep(dir.path());
+        assert!(alive.path().join("lock").is_file());
+        assert!(!dead.exists() && !empty.exists() && file.exists());
+        assert!(others.iter().all(|path| path.exists()));
+        drop(held);
+        sweep(dir.path());
+        assert!(!file.exists());
+        let path = alive.path().to_owned();
+        let own = std::process::id();
+        assert!(matches!(Lock::of_folder(&path).unwrap(), Tried::Held(Some(pid)) if pid == own));
+        drop(alive);
+        assert!(!path.exists());
+    }
+}
