@@ -8,9 +8,9 @@
 //! Memory: a tally, a sorter, a writer and a window of G a thread. I/O: 24 and 40 bytes a corner
 //! to scratch and back; G once.
 
-use super::Job;
 use super::arrays::CoordReader;
 use super::tally::{Piece, Tally};
+use super::{Job, conserve};
 use crate::chunk::grid::Grid;
 use crate::chunk::measure::Coord;
 use crate::error::Result;
@@ -144,8 +144,16 @@ fn fetch<X: Coord>(job: &Job, g: &CoordArray, asks: Buckets<Ask>) -> Result<Buck
         },
         |(_, fetch)| fetch.answers.finish(),
     )?;
+    let asked = asks.records();
     drop(asks);
-    answers.finish()
+    let answers = answers.finish()?;
+    conserve(
+        "components",
+        "questions for coordinates",
+        asked,
+        answers.records(),
+    )?;
+    Ok(answers)
 }
 
 /// One thread that reads G in ascending windows and answers.

@@ -22,7 +22,7 @@ use super::stars::Starred;
 use super::stars::shared::{Meetings, meet};
 use super::stitch::Labels;
 use super::tally::{Piece, Sums, Tally, reduce};
-use super::{SCRATCH_BLOCK, scratch_items};
+use super::{SCRATCH_BLOCK, conserve, scratch_items};
 use crate::chunk::grid::Grid;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
@@ -115,6 +115,7 @@ pub fn components<W: Index>(
     let mut flip = Bits::new(&ws.budget, "flips by component", number)?;
     let mut table = Table::new(job, number, stars.is_some())?;
     let mut sorter = pieces.sorter(job.sort_memory(0))?;
+    let mut triangles = counts.degenerate;
     reduce(&pieces, &mut sorter, |component, sums| {
         if component != table.rows() {
             let what = format!("component {component} came after {} rows", table.rows());
@@ -126,12 +127,15 @@ pub fn components<W: Index>(
             flip.set(component);
         }
         count(&row, counts);
+        triangles += row.triangles;
         let measures = match &mut stars {
             Some(stars) => Some(measured(&row, sums, &mut stars.measures)?),
             None => None,
         };
         table.push(&row, measures.as_ref())
     })?;
+    conserve("components", "components", number, table.rows())?;
+    conserve("components", "triangles", job.shape.triangles, triangles)?;
     Ok(Chosen {
         flip,
         table: table.finish()?,

@@ -8,10 +8,10 @@
 //! Memory: a sorter and two writers a thread. I/O: spilled corners read once; two patches and
 //! a link for each regular edge written to scratch, a word for each border.
 
-use super::Job;
 use super::appender::{Appender, BLOCK};
 use super::chunks::Settled;
 use super::records::{EdgeCorner, Link, Patch};
+use super::{Job, conserve};
 use crate::corner::Index;
 use crate::disk::ScratchFile;
 use crate::error::Result;
@@ -42,6 +42,8 @@ struct Thread<'a, W: Index, C> {
     group: [EdgeCorner<W>; 2],
     seen: u64,
     settled: Settled,
+    /// Corners that came, and those of them on non-manifold edges.
+    corners: [u64; 2],
     call: &'a C,
 }
 
@@ -58,7 +60,7 @@ pub fn seams<W: Index, C: Fn(&EdgeCorner<W>) -> u64 + Sync>(
     let ws = job.ws;
     let threads = ws.workers.count() as u64;
     let edges = seaming.edges;
-    let settled = Mutex::new(Settled::default());
+    let settled = Mutex::new((Settled::default(), 0));
     let _blocks = ws
         .budget
         .lease("seam buffers", threads * 2 * BLOCK as u64)?;
@@ -76,6 +78,7 @@ pub fn seams<W: Index, C: Fn(&EdgeCorner<W>) -> u64 + Sync>(
                 group: [EdgeCorner::new((0, 0), 0, 0, false, 0, false); 2],
                 seen: 0,
                 settled: Settled::default(),
+                corners: [0; 2],
                 call: &call,
             };
             Ok((edges.sorter(memory)?, thread))
@@ -92,15 +95,21 @@ pub fn seams<W: Index, C: Fn(&EdgeCorner<W>) -> u64 + Sync>(
         |(_, mut thread)| {
             thread.links.flush()?;
             thread.borders.flush()?;
-            settled
-                .lock()
-                .unwrap_or_else(|e| e.into_inner())
-                .merge(&thread.settled);
+            let own = &thread.settled;
+            let [came, cut] = thread.corners;
+            let found = own.borders + 2 * own.regular + cut;
+            conserve("seams", "corners of a thread", came, found)?;
+            let mut all = settled.lock().unwrap_or_else(|e| e.into_inner());
+            all.0.merge(own);
+            all.1 += came;
+            drop(all);
             thread.patches.finish()?;
             thread.cuts.finish()
         },
     )?;
-    Ok(settled.into_inner().unwrap_or_else(|e| e.into_inner()))
+    let (settled, came) = settled.into_inner().unwrap_or_else(|e| e.into_inner());
+    conserve("seams", "corners", edges.records(), came)?;
+    Ok(settled)
 }
 
 impl<W: Index, C: Fn(&EdgeCorner<W>) -> u64> Thread<'_, W, C> {
@@ -111,12 +120,17 @@ impl<W: Index, C: Fn(&EdgeCorner<W>) -> u64> Thread<'_, W, C> {
         match self.seen {
             0 | 1 => self.group[self.seen as usize] = *corner,
             2 => {
+                self.corners[1] += 3;
                 self.cuts.push(self.group[0])?;
                 self.cuts.push(self.group[1])?;
                 self.cuts.push(*corner)?;
             }
-            _ => self.cuts.push(*corner)?,
+            _ => {
+                self.corners[1] += 1;
+                self.cuts.push(*corner)?;
+            }
         }
+        self.corners[0] += 1;
         self.seen += 1;
         Ok(())
     }

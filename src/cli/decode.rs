@@ -12,7 +12,8 @@ use crate::codec::file::Packed;
 use crate::disk::{TempFolder, Workspace};
 use crate::error::{Error, Result};
 use crate::export::{ExportRequest, Format, export};
-use crate::folder::{Folder, MANIFEST, Orient};
+use crate::folder::npy::DATA_START;
+use crate::folder::{Folder, MANIFEST, Orient, fits_u4};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -46,16 +47,19 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
     let packed = Packed::open(&ws.budget, &ws.io, &args.file)?;
     refuse(args, packed.head.coords > 0)?;
     let dir = ws.scratch.first_dir().to_owned();
+    // Said before anything is written.
+    arrays(args, &packed)?;
     let temp = TempFolder::new(&dir, "decode")?;
     let (v, g) = (temp.path().join("V.npy"), temp.path().join("G.npy"));
     let count = {
         let count = decode(&ws, &packed, &v, &g)?;
         let points = packed.head.coords > 0;
+        let arrays = arrays(args, &packed)?;
         drop(packed);
         match Format::of(&args.output) {
             None => build(
                 args,
-                true,
+                (true, arrays),
                 &v,
                 points.then_some(&*g),
                 count.vertices,
@@ -65,7 +69,7 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
                 let folder = temp.path().join("mesh.ct");
                 build(
                     args,
-                    false,
+                    (false, arrays),
                     &v,
                     points.then_some(&*g),
                     count.vertices,
@@ -103,10 +107,36 @@ fn refuse(args: &DecodeArgs, points: bool) -> Result<()> {
     Err(Error::Usage(format!("{}: {why}", output.display())))
 }
 
+/// Bytes in scratch beside what a build takes there: the decoded arrays, and for an export the
+/// folder that it is made from, whose lists of culprits are not known beforehand.
+///
+/// # Errors
+/// [`Error::DiskLimit`] when they alone pass the limit.
+fn arrays(args: &DecodeArgs, packed: &Packed) -> Result<u64> {
+    let (t, n) = (packed.head.triangles, packed.head.vertices);
+    let id = if fits_u4(t, n) { 4 } else { 8 };
+    let rows = |count: u64, bytes: u64| count.saturating_mul(bytes).saturating_add(DATA_START);
+    let v = rows(t, 3 * id);
+    let g = rows(n, 3 * u64::from(packed.head.coords));
+    let decoded = v.saturating_add(g);
+    let need = match Format::of(&args.output) {
+        None => decoded,
+        // V, G, O, labels, flips.
+        Some(_) => decoded
+            .saturating_mul(2)
+            .saturating_add(rows(t, 4 * id + 1)),
+    };
+    let limit = args.work.max_disk_bytes();
+    if need > limit {
+        return Err(Error::DiskLimit { need, limit });
+    }
+    Ok(need)
+}
+
 /// Builds a folder from the arrays.
 fn build(
     args: &DecodeArgs,
-    measures: bool,
+    (measures, arrays): (bool, u64),
     v: &Path,
     g: Option<&Path>,
     vertices: u64,
@@ -116,7 +146,7 @@ fn build(
     let mut builder = Builder::new(v)
         .memory(work.memory_bytes())
         .threads(work.thread_count())
-        .max_disk(work.max_disk_bytes())
+        .max_disk(work.max_disk_bytes().saturating_sub(arrays))
         .orient(Orient::Keep)
         .measures(measures)
         .force(args.force)

@@ -209,4 +209,54 @@ mod tests {
         let empty = Window::new(&file, 5, 0).unwrap();
         assert!(empty.slice::<u64>().is_some_and(<[u64]>::is_empty));
     }
+
+    #[test]
+    fn a_file_that_shrinks_reads_as_zeros_and_is_an_error() {
+        let dir = tempfile::tempdir().unwrap();
+        let io = Arc::new(Counters::default());
+        let file = DataFile::create_new(&dir.path().join("f"), &io).unwrap();
+        // To nothing, to a page in the middle, within the last page: the last raises no signal.
+        for left in [0, 200_000, 299_990] {
+            file.set_len(0).unwrap();
+            file.write_at(&[7; 300_000], 0).unwrap();
+            let window = Window::new(&file, 4096, 300_000 - 4096).unwrap();
+            assert_eq!(window.bytes()[250_000], 7);
+            window.check().unwrap();
+            file.set_len(left).unwrap();
+            let sum: u64 = window.bytes().iter().map(|&b| u64::from(b)).sum();
+            assert_eq!(sum, 7 * left.saturating_sub(4096));
+            let error = window.check().unwrap_err();
+            assert!(matches!(error, Error::Input(_)), "{error}");
+            assert!(error.to_string().contains("cut short"), "{error}");
+            io.intact(Ok(())).unwrap();
+            drop(window);
+            io.intact(Ok(())).unwrap_err();
+            io.intact(Ok(())).unwrap();
+        }
+    }
+
+    #[test]
+    fn many_threads_lose_many_windows() {
+        let dir = tempfile::tempdir().unwrap();
+        let io = Arc::new(Counters::default());
+        std::thread::scope(|scope| {
+            for t in 0..4 {
+                let file = DataFile::create_new(&dir.path().join(t.to_string()), &io).unwrap();
+                scope.spawn(move || {
+                    for round in 0..50u64 {
+                        file.write_at(&[1; 100_000], 0).unwrap();
+                        let windows: Vec<Window> = (0..5)
+                            .map(|_| Window::new(&file, 0, 100_000).unwrap())
+                            .collect();
+                        file.set_len(round * 1000).unwrap();
+                        for window in &windows {
+                            let sum: u64 = window.bytes().iter().map(|&b| u64::from(b)).sum();
+                            assert_eq!(sum, round * 1000);
+                            assert!(window.check().is_err());
+                        }
+                    }
+                });
+            }
+        });
+    }
 }

@@ -218,11 +218,12 @@ fn sizes(out: &mut String, p: &Predicted) {
     row("  least", p.memory.least, "whatever the order");
     let labels = "keeps labels in memory, in random order too";
     row("  labels", p.memory.labels, labels);
-    row("scratch", p.scratch.coherent, "for a coherent mesh");
+    let coherent = "at most about, when triangles near in the file are near on the surface";
+    row("scratch", p.scratch.coherent, coherent);
     row(
         "  worst order",
         p.scratch.worst_order,
-        "for triangles and vertices in random order",
+        "in random order; edges and vertices with a great part of all triangles take more",
     );
     let exists = if p.output.exists {
         "one component, no culprits; the name is taken: --force would replace it"

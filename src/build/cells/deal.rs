@@ -10,9 +10,9 @@
 //! several cells (N/8, held until cells are settled); writers and a piece of V a
 //! thread. I/O: V read once; 4 words a triangle written, 3 more for each edge that goes alone.
 
-use super::super::Job;
 use super::super::arrays::TriangleReader;
 use super::super::first_read::first_read;
+use super::super::{Job, conserve};
 use super::map::CellMap;
 use super::records::{Dealt, Lone};
 use super::{CellPlan, Window};
@@ -129,10 +129,14 @@ pub fn deal<I: Index, W: Index>(
             dealer.lone.finish()
         },
     )?;
+    let triangles = triangles.finish()?;
+    let degenerate: Vec<u64> = degenerate.into_iter().map(AtomicU64::into_inner).collect();
+    let dealt = triangles.records() + degenerate.iter().sum::<u64>();
+    conserve("deal", "triangles", t, dealt)?;
     Ok(Hands {
-        triangles: triangles.finish()?,
+        triangles,
         lone: lone.finish()?,
-        degenerate: degenerate.into_iter().map(AtomicU64::into_inner).collect(),
+        degenerate,
         unreferenced: n - occurs.count(),
         open,
     })
