@@ -7,11 +7,11 @@ use super::progress;
 use super::work::WorkArgs;
 use super::{Outcome, print};
 use crate::build::{Builder, parent};
-use crate::codec::decode::decode;
+use crate::codec::decode::{decode, decode_some};
 use crate::codec::file::Packed;
 use crate::disk::Workspace;
 use crate::error::{Error, Result};
-use crate::export::{ExportRequest, Format, export};
+use crate::export::{Bbox, ExportRequest, Format, Numbers, export};
 use crate::folder::{Folder, Orient};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -24,6 +24,13 @@ pub struct DecodeArgs {
     /// Mesh folder to make, or file to write when the name ends in ply, stl, obj, off or npy
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
+    /// Only these chunks, whole: numbers and ranges, such as 0,4,7-9
+    #[arg(long, value_name = "LIST")]
+    chunk: Option<Numbers>,
+    /// Only the chunks, whole, whose bounding box has a point in common with this box: its
+    /// smallest, then its largest coordinates
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", allow_hyphen_values = true)]
+    bbox: Option<Bbox>,
     /// Replace what exists
     #[arg(long)]
     force: bool,
@@ -51,7 +58,10 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
     let (v, g) = (temp.path().join("V.npy"), temp.path().join("G.npy"));
     let count = {
         let packed = Packed::open(&ws.budget, &ws.io, &args.file)?;
-        let count = decode(&ws, &packed, &v, &g)?;
+        let count = match chosen(args, &packed)? {
+            None => decode(&ws, &packed, &v, &g)?,
+            Some(chunks) => decode_some(&ws, &packed, &chunks, &v, &g)?,
+        };
         let points = packed.head.coords > 0;
         drop(packed);
         match Format::of(&args.output) {
@@ -87,6 +97,34 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
         ))?;
     }
     Ok(Outcome::Done)
+}
+
+/// The chunks that are asked for; `None` for all.
+fn chosen(args: &DecodeArgs, packed: &Packed) -> Result<Option<Vec<usize>>> {
+    let count = packed.entries.len() as u64;
+    if let Some(numbers) = args.chunk.as_ref().filter(|n| n.greatest() >= count) {
+        let (path, greatest) = (args.file.display(), numbers.greatest());
+        return Err(Error::Usage(format!(
+            "{path}: there is no chunk {greatest}; the file has {count}, from 0 on: \
+             `cornermill info` says how many"
+        )));
+    }
+    if args.chunk.is_none() && args.bbox.is_none() {
+        return Ok(None);
+    }
+    // Apart only when surely so: a coordinate that is no number is apart from nothing.
+    let meets = |bbox: &Bbox, [low, high]: [[f64; 3]; 2]| {
+        (0..3).all(|k| !(high[k] < bbox.min[k] || bbox.max[k] < low[k]))
+    };
+    let wanted = |chunk: &usize| {
+        let listed = args.chunk.as_ref().is_none_or(|n| n.has(*chunk as u64));
+        let bounds = packed.bounds(*chunk);
+        listed
+            && args
+                .bbox
+                .is_none_or(|b| bounds.is_some_and(|of| meets(&b, of)))
+    };
+    Ok(Some((0..packed.entries.len()).filter(wanted).collect()))
 }
 
 /// Builds a folder from the arrays.
