@@ -7,11 +7,11 @@ use super::progress;
 use super::work::WorkArgs;
 use super::{Outcome, print};
 use crate::build::{Builder, parent};
-use crate::codec::decode::decode;
-use crate::codec::file::Packed;
+use crate::codec::decode::{decode, decode_some};
+use crate::codec::file::{Entry, Packed};
 use crate::disk::{TempFolder, Workspace};
 use crate::error::{Error, Result};
-use crate::export::{ExportRequest, Format, export};
+use crate::export::{Bbox, ExportRequest, Format, Numbers, export};
 use crate::folder::npy::DATA_START;
 use crate::folder::{Folder, MANIFEST, Orient, fits_u4};
 use clap::Args;
@@ -25,6 +25,13 @@ pub struct DecodeArgs {
     /// Mesh folder to make, or file to write when the name ends in ply, stl, obj, off or npy
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
+    /// Only these chunks, whole: numbers and ranges, such as 0,4,7-9
+    #[arg(long, value_name = "LIST")]
+    chunk: Option<Numbers>,
+    /// Only the chunks, whole, whose bounding box has a point in common with this box: its
+    /// smallest, then its largest coordinates
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", allow_hyphen_values = true)]
+    bbox: Option<Bbox>,
     /// Replace what exists
     #[arg(long)]
     force: bool,
@@ -48,13 +55,16 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
     refuse(args, packed.head.coords > 0)?;
     let dir = ws.scratch.first_dir().to_owned();
     // Said before anything is written.
-    arrays(args, &packed)?;
+    let chunks = chosen(args, &packed)?;
+    let arrays = arrays(args, &packed, chunks.as_deref())?;
     let temp = TempFolder::new(&dir, "decode")?;
     let (v, g) = (temp.path().join("V.npy"), temp.path().join("G.npy"));
     let count = {
-        let count = decode(&ws, &packed, &v, &g)?;
+        let count = match &chunks {
+            None => decode(&ws, &packed, &v, &g)?,
+            Some(chunks) => decode_some(&ws, &packed, chunks, &v, &g)?,
+        };
         let points = packed.head.coords > 0;
-        let arrays = arrays(args, &packed)?;
         drop(packed);
         match Format::of(&args.output) {
             None => build(
@@ -112,8 +122,18 @@ fn refuse(args: &DecodeArgs, points: bool) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::DiskLimit`] when they alone pass the limit.
-fn arrays(args: &DecodeArgs, packed: &Packed) -> Result<u64> {
-    let (t, n) = (packed.head.triangles, packed.head.vertices);
+fn arrays(args: &DecodeArgs, packed: &Packed, chunks: Option<&[usize]>) -> Result<u64> {
+    let entries = || {
+        let chosen = chunks.unwrap_or_default().iter();
+        chosen.map(|&chunk| &packed.entries[chunk])
+    };
+    let (t, n) = match chunks {
+        None => (packed.head.triangles, packed.head.vertices),
+        Some(_) => (
+            entries().map(Entry::all_triangles).sum(),
+            entries().map(|e| e.vertices).sum::<u64>(),
+        ),
+    };
     let id = if fits_u4(t, n) { 4 } else { 8 };
     let rows = |count: u64, bytes: u64| count.saturating_mul(bytes).saturating_add(DATA_START);
     let v = rows(t, 3 * id);
@@ -131,6 +151,34 @@ fn arrays(args: &DecodeArgs, packed: &Packed) -> Result<u64> {
         return Err(Error::DiskLimit { need, limit });
     }
     Ok(need)
+}
+
+/// The chunks that are asked for; `None` for all.
+fn chosen(args: &DecodeArgs, packed: &Packed) -> Result<Option<Vec<usize>>> {
+    let count = packed.entries.len() as u64;
+    if let Some(numbers) = args.chunk.as_ref().filter(|n| n.greatest() >= count) {
+        let (path, greatest) = (args.file.display(), numbers.greatest());
+        return Err(Error::Usage(format!(
+            "{path}: there is no chunk {greatest}; the file has {count}, from 0 on: \
+             `cornermill info` says how many"
+        )));
+    }
+    if args.chunk.is_none() && args.bbox.is_none() {
+        return Ok(None);
+    }
+    // Apart only when surely so: a coordinate that is no number is apart from nothing.
+    let meets = |bbox: &Bbox, [low, high]: [[f64; 3]; 2]| {
+        (0..3).all(|k| !(high[k] < bbox.min[k] || bbox.max[k] < low[k]))
+    };
+    let wanted = |chunk: &usize| {
+        let listed = args.chunk.as_ref().is_none_or(|n| n.has(*chunk as u64));
+        let bounds = packed.bounds(*chunk);
+        listed
+            && args
+                .bbox
+                .is_none_or(|b| bounds.is_some_and(|of| meets(&b, of)))
+    };
+    Ok(Some((0..packed.entries.len()).filter(wanted).collect()))
 }
 
 /// Builds a folder from the arrays.

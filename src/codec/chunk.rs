@@ -9,6 +9,7 @@
 use super::lattice::Lattice;
 use super::mix::Mixed;
 use super::model::{Fast, Model};
+use super::predict::Sets;
 use super::range::{Coder, Decoder, Encoder};
 use super::truth::{Blind, Surface};
 use super::turned::Turned;
@@ -63,7 +64,6 @@ pub fn encode(piece: &Piece, level: Level) -> Result<Coded, Damaged> {
 
 fn encode_with<M: Model>(piece: &Piece) -> Result<Coded, Damaged> {
     let turned = Turned::new(piece.triangles.as_flattened(), piece.positions.len());
-    let mut surface = Surface::new(&turned, &piece.positions, &piece.loose);
     let mut used = vec![false; piece.positions.len()];
     for &v in piece.triangles.as_flattened().iter().chain(&piece.loose) {
         used[v as usize] = true;
@@ -75,11 +75,15 @@ fn encode_with<M: Model>(piece: &Piece) -> Result<Coded, Damaged> {
         vertices: used.iter().filter(|u| **u).count(),
         loose: piece.loose.len(),
         turns: turned.turned.contains(&true),
+        sets: Sets::Many,
     };
+    let lattice = Lattice::find(&piece.positions, &used);
+    drop(used);
+    let (extent, lattice) = choose(piece, &turned, extent, lattice)?;
+    let mut surface = Surface::new(&turned, &piece.positions, &piece.loose);
     let mut coder = Encoder::new(Vec::new());
     let mut walk = Walk::<M>::default();
-    walk.places.lattice = Lattice::find(&piece.positions, &used);
-    drop(used);
+    walk.places.lattice = lattice;
     walk.reserve(extent);
     walk.run(extent, &mut surface, &mut coder)?;
     let (all, places) = (coder.spent(), walk.places.spent);
@@ -89,6 +93,59 @@ fn encode_with<M: Model>(piece: &Piece) -> Result<Coded, Damaged> {
         bytes: coder.finish(),
         split: [all - places, places].map(|bits| bits >> 19),
     })
+}
+
+/// Triangles that a choice is tried on.
+const SAMPLE: usize = 1 << 14;
+
+/// What serves best on the first triangles: which sets of weights, and lists of repeated
+/// coordinates or none.
+///
+/// Why so few: what a surface is like shows soon, and each trial costs time. Lists count by the
+/// share of the triangles that the sample is. Trials are compared by bytes, which are the same on
+/// every machine.
+fn choose(
+    piece: &Piece,
+    turned: &Turned,
+    mut extent: Extent,
+    lattice: Lattice,
+) -> Result<(Extent, Lattice), Damaged> {
+    let trial = |extent: Extent, lattice: &Lattice| -> Result<u64, Damaged> {
+        let mut surface = Surface::new(turned, &piece.positions, &[]);
+        let mut walk = Walk::<Fast>::default();
+        let mut coder = Encoder::new(Vec::new());
+        walk.places.lattice = lattice.clone();
+        let lists = {
+            let mut coder = Encoder::new(Vec::new());
+            lattice
+                .clone()
+                .code(&mut Fast::new(), &mut coder, extent.vertices)?;
+            coder.finish().len() as u64
+        };
+        walk.part(
+            extent,
+            SAMPLE.min(extent.triangles),
+            &mut surface,
+            &mut coder,
+        )?;
+        let done = walk.triangles.len().max(1) as u64;
+        let all = (extent.triangles as u64).max(done);
+        let bytes = (coder.finish().len() as u64).saturating_sub(lists);
+        Ok(bytes + lists * done / all)
+    };
+    let mut best = (u64::MAX, Sets::Many);
+    for sets in Sets::ALL {
+        extent.sets = sets;
+        let bytes = trial(extent, &lattice)?;
+        if bytes < best.0 {
+            best = (bytes, sets);
+        }
+    }
+    extent.sets = best.1;
+    if lattice != Lattice::default() && trial(extent, &Lattice::default())? < best.0 {
+        return Ok((extent, Lattice::default()));
+    }
+    Ok((extent, lattice))
 }
 
 /// Decodes a chunk: its vertices in the order of their numbers.

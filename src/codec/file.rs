@@ -12,6 +12,7 @@
 
 use super::chunk::Piece;
 use super::grid::Grid;
+use super::predict::Sets;
 use super::walk::Extent;
 use super::{Damaged, Level};
 use crate::disk::{Budget, Counters, DataFile, Lease};
@@ -74,8 +75,9 @@ pub struct Entry {
     pub loose: u64,
     /// Vertices of earlier chunks.
     pub references: u64,
-    /// 1 when triangles are turned against their neighbours.
-    pub turns: u64,
+    /// 1 when triangles are turned against their neighbours, plus twice the number of the sets of
+    /// weights.
+    pub flags: u64,
     /// About how many of its bytes are connectivity; the rest are positions.
     pub connectivity: u64,
     /// Least integer coordinates.
@@ -148,7 +150,8 @@ impl Entry {
             degenerate: self.degenerate as usize,
             vertices: self.vertices as usize,
             loose: self.loose as usize,
-            turns: self.turns == 1,
+            turns: self.flags & 1 == 1,
+            sets: Sets::ALL[(self.flags as usize >> 1).min(Sets::ALL.len() - 1)],
         }
     }
 
@@ -177,7 +180,7 @@ impl Entry {
             && self.vertices <= 3 * self.all_triangles() + self.loose
             && self.loose <= self.vertices
             && self.references <= self.vertices
-            && self.turns <= 1
+            && self.flags < 2 * Sets::ALL.len() as u64
             && self.connectivity <= self.bytes
     }
 }
@@ -284,6 +287,22 @@ impl Packed {
     /// [`Error::Io`].
     pub fn bytes(&self) -> Result<u64> {
         self.file.len()
+    }
+
+    /// The least and the largest coordinates of a chunk; `None` when there are none.
+    pub fn bounds(&self, chunk: usize) -> Option<[[f64; 3]; 2]> {
+        let entry = &self.entries[chunk];
+        let of = |at| {
+            let mut row = Vec::new();
+            self.grid.restore(true, at, &mut row);
+            // All bits of f4 come back in 4 bytes each, a grid's nodes in 8.
+            let coordinate = |k: usize| match row.len() {
+                24 => f64::from_le_bytes(std::array::from_fn(|i| row[8 * k + i])),
+                _ => f32::from_le_bytes(std::array::from_fn(|i| row[4 * k + i])).into(),
+            };
+            [0, 1, 2].map(coordinate)
+        };
+        (self.head.coords > 0).then(|| [of(entry.low), of(entry.high)])
     }
 
     /// What the index says, for people: counts, and where the bytes go.

@@ -5,10 +5,10 @@
 //! gradient of its cost, so that the contexts that serve in a kind of decision come to decide
 //! it. Two sets of weights, chosen in two ways, are averaged.
 //!
-//! Memory: 1.5 MiB for cells, 60 KiB for weights. Integers only: stretch and squash are tables
+//! Memory: 2.3 MiB for cells, 240 KiB for weights. Integers only: stretch and squash are tables
 //! made of integers.
 
-use super::model::{Cell, Contexts, FAMILIES, Family, MORE, Model};
+use super::model::{Cell, Contexts, FAMILIES, Family, KINS, MORE, Model};
 use super::range::Coder;
 
 /// Inputs of the mixer: the contexts, the main one among them, and a constant.
@@ -20,12 +20,20 @@ const WEIGHT: u32 = 16;
 /// Bins of a family that have weights of their own.
 const BINS: usize = 160;
 
+/// A set of weights.
+#[derive(Clone, Copy, Debug)]
+struct Weights {
+    weight: [i32; INPUTS],
+    seen: u32,
+}
+
 /// The mixing level.
 pub struct Mixed {
     main: Vec<Cell>,
+    kin: Vec<Cell>,
     more: Vec<Cell>,
-    weights: Vec<[i32; INPUTS]>,
-    others: Vec<[i32; INPUTS]>,
+    weights: Vec<Weights>,
+    others: Vec<Weights>,
     stretch: Vec<i16>,
 }
 
@@ -72,32 +80,52 @@ impl Model for Mixed {
     const MIXES: bool = true;
 
     fn new() -> Mixed {
-        let start = [(1 << WEIGHT) / 4; INPUTS];
+        let start = [(1 << WEIGHT) * 4 / 25; INPUTS];
         Mixed {
             main: vec![Cell::NEW; super::model::FAST_SIZE],
+            kin: vec![Cell::NEW; FAMILIES * KINS],
             more: vec![Cell::NEW; MORE * CELLS],
-            weights: vec![start; FAMILIES * BINS],
-            others: vec![start; FAMILIES * BINS],
+            weights: vec![
+                Weights {
+                    weight: start,
+                    seen: 0
+                };
+                FAMILIES * BINS
+            ],
+            others: vec![
+                Weights {
+                    weight: start,
+                    seen: 0
+                };
+                FAMILIES * BINS
+            ],
             stretch: stretches(),
         }
     }
 
-    fn bit(
+    fn judge(
         &mut self,
         coder: &mut impl Coder,
         family: Family,
-        bin: u32,
+        (bin, kin): (u32, u32),
         contexts: &Contexts,
         bit: bool,
     ) -> bool {
         let mut places = [0; MORE + 1];
         places[MORE] = family.place(contexts.main, bin);
-        let key = family.number() << 8 | bin;
+        // A sign is judged by how large the number is as well.
+        let far = if (72..80).contains(&kin) { kin } else { 0 };
+        let key = far << 13 | family.number() << 8 | bin;
         for (i, place) in places[..MORE].iter_mut().enumerate() {
             let mut hash = (u64::from(contexts.more[i]) << 20 | u64::from(key))
                 .wrapping_mul(0x9e37_79b9_7f4a_7c15);
             hash ^= hash >> 29;
             *place = i * CELLS + (hash.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 48) as usize;
+        }
+        let kin = &mut self.kin[family.kin(kin)];
+        let main = &mut self.main[places[MORE]];
+        if main.seen() == 0 {
+            main.inherit(kin);
         }
         let mut inputs = [256; INPUTS];
         for i in 0..=MORE {
@@ -120,16 +148,20 @@ impl Model for Mixed {
                 .sum();
             (sum >> WEIGHT).clamp(-2047, 2047) as i32
         };
-        let (x, y) = (sum(first), sum(second));
+        let (x, y) = (sum(&first.weight), sum(&second.weight));
         let one = squash16((x + y) >> 1).clamp(24, 65_512);
         let bit = coder.code(one as u32, bit);
         let target = if bit { 65_535 } else { 0 };
         for (weights, said) in [(first, x), (second, y)] {
             let error = target - squash16(said);
-            for i in 0..INPUTS {
-                weights[i] += (inputs[i] * error + (1 << 12)) >> 13;
+            let shift =
+                13 + u32::from(weights.seen >= 1 << 10) + u32::from(weights.seen >= 1 << 13);
+            weights.seen = weights.seen.saturating_add(1);
+            for (weight, said) in weights.weight.iter_mut().zip(inputs) {
+                *weight += (said * error + (1 << (shift - 1))) >> shift;
             }
         }
+        kin.learn(bit, 120);
         for (i, place) in places.iter().enumerate() {
             if i < MORE {
                 self.more[*place].learn(bit, 120);

@@ -8,7 +8,7 @@
 use super::range::{BITS, Coder};
 
 /// Most contexts that one decision is given besides the main one.
-pub const MORE: usize = 6;
+pub const MORE: usize = 8;
 
 /// A sort of decision: its contexts are its own.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +43,13 @@ impl Family {
     pub fn place(self, main: u32, bin: u32) -> usize {
         debug_assert!(main < self.mains && bin < self.bins);
         (self.base + main * self.bins + bin) as usize
+    }
+
+    /// The place of one of its coarser contexts among those of all families.
+    #[inline]
+    pub fn kin(self, kin: u32) -> usize {
+        debug_assert!(kin < KINS as u32);
+        self.id as usize * KINS + kin as usize
     }
 
     /// Its number.
@@ -92,6 +99,9 @@ pub const FAST_SIZE: usize = (LAST.base + LAST.bins * LAST.mains) as usize;
 /// Number of families.
 pub const FAMILIES: usize = LAST.id as usize + 1;
 
+/// Coarser contexts of a family.
+pub const KINS: usize = 192;
+
 /// Bins of a number: classes, signs, mantissas.
 pub const NUMBER_BINS: u32 = 36 + 8 + 36 + 72;
 
@@ -100,6 +110,8 @@ pub const NUMBER_BINS: u32 = 36 + 8 + 36 + 72;
 pub struct Contexts {
     /// Index below the family's number of main contexts.
     pub main: u32,
+    /// A coarser view, below [`KINS`]: what a main context that knows nothing yet starts from.
+    pub kin: u32,
     /// Any numbers: further views, which the strong level hashes.
     pub more: [u32; MORE],
 }
@@ -109,6 +121,7 @@ impl Contexts {
     pub fn of(main: u32) -> Contexts {
         Contexts {
             main,
+            kin: 0,
             more: [main; MORE],
         }
     }
@@ -153,6 +166,13 @@ impl Cell {
         self.seen
     }
 
+    /// Starts from what a coarser context knows.
+    #[inline]
+    pub fn inherit(&mut self, kin: &Cell) {
+        self.one = kin.one;
+        self.seen = kin.seen.min(TRUST);
+    }
+
     /// Learns a bit; `limit` bits are remembered, fewer than 256.
     #[inline]
     pub fn learn(&mut self, bit: bool, limit: u16) {
@@ -174,15 +194,27 @@ pub trait Model {
     /// A model that knows nothing.
     fn new() -> Self;
 
-    /// Codes one bit of a decision of `family`, at `bin` of its contexts.
+    /// Codes one bit of a decision of `family`, at `bin` of its contexts; `kin`, below [`KINS`],
+    /// is its place among the coarser contexts of the family.
+    fn judge(
+        &mut self,
+        coder: &mut impl Coder,
+        family: Family,
+        bins: (u32, u32),
+        contexts: &Contexts,
+        bit: bool,
+    ) -> bool;
+
+    /// Codes a decision of one bit.
     fn bit(
         &mut self,
         coder: &mut impl Coder,
         family: Family,
-        bin: u32,
         contexts: &Contexts,
         bit: bool,
-    ) -> bool;
+    ) -> bool {
+        self.judge(coder, family, (0, contexts.kin), contexts, bit)
+    }
 
     /// A number and its sign. `start` is the class (bits of the magnitude) that is looked at
     /// first, `hint` (below 8) what is known of the sign.
@@ -198,7 +230,12 @@ pub trait Model {
         if size == 0 {
             return 0;
         }
-        let minus = self.bit(coder, family, 36 + hint, contexts, value < 0);
+        // How large it is says which of two guesses it may be.
+        let far = (67 - size.leading_zeros())
+            .saturating_sub(start.min(34))
+            .min(6);
+        let bins = (36 + hint, 72 + far);
+        let minus = self.judge(coder, family, bins, contexts, value < 0);
         if minus { -(size as i64) } else { size as i64 }
     }
 
@@ -213,13 +250,18 @@ pub trait Model {
     ) -> u64 {
         let truth = 64 - value.leading_zeros();
         let mut class = start.min(34);
-        if self.bit(coder, family, class, contexts, truth > class) {
+        // What a class means depends on where the start is: so do the coarser contexts.
+        let far = move |class: u32| class + 35 - start.min(34);
+        let above = |class: u32| (class, far(class));
+        if self.judge(coder, family, above(class), contexts, truth > class) {
             class += 1;
-            while class < 35 && self.bit(coder, family, class, contexts, truth > class) {
+            while class < 35 && self.judge(coder, family, above(class), contexts, truth > class) {
                 class += 1;
             }
         } else {
-            while class > 0 && !self.bit(coder, family, class - 1, contexts, truth > class - 1) {
+            while class > 0
+                && !self.judge(coder, family, above(class - 1), contexts, truth > class - 1)
+            {
                 class -= 1;
             }
         }
@@ -229,11 +271,12 @@ pub trait Model {
         // The two bits below the leading one have contexts, the others hardly need any.
         let below = class - 1;
         let bit = |i: u32| value >> i & 1 == 1;
-        let first = self.bit(coder, family, 44 + class, contexts, bit(below - 1));
+        let bins = (44 + class, 80 + far(class));
+        let first = self.judge(coder, family, bins, contexts, bit(below - 1));
         let mut back = 2 | u64::from(first);
         if below > 1 {
-            let bin = 80 + 2 * class + u32::from(first);
-            let second = self.bit(coder, family, bin, contexts, bit(below - 2));
+            let bins = (80 + 2 * class + u32::from(first), 160 + u32::from(first));
+            let second = self.judge(coder, family, bins, contexts, bit(below - 2));
             back = back << 1 | u64::from(second);
         }
         if below > 2 {
@@ -244,10 +287,16 @@ pub trait Model {
     }
 }
 
+/// A cell that inherited counts as having seen so many bits.
+const TRUST: u16 = 3;
+/// A cell that has seen so many bits no longer teaches its kin.
+const INHERITS: u16 = 40;
+
 /// One context a bit.
 #[derive(Debug)]
 pub struct Fast {
     cells: Vec<Cell>,
+    kin: Vec<Cell>,
 }
 
 /// How many bits a fast context remembers.
@@ -259,19 +308,30 @@ impl Model for Fast {
     fn new() -> Fast {
         Fast {
             cells: vec![Cell::NEW; FAST_SIZE],
+            kin: vec![Cell::NEW; FAMILIES * KINS],
         }
     }
 
     #[inline]
-    fn bit(
+    fn judge(
         &mut self,
         coder: &mut impl Coder,
         family: Family,
-        bin: u32,
+        (bin, kin): (u32, u32),
         contexts: &Contexts,
         bit: bool,
     ) -> bool {
         let cell = &mut self.cells[family.place(contexts.main, bin)];
+        if cell.seen < INHERITS {
+            let kin = &mut self.kin[family.kin(kin)];
+            if cell.seen == 0 {
+                cell.inherit(kin);
+            }
+            let bit = coder.code(cell.one(), bit);
+            kin.learn(bit, FAST_LIMIT);
+            cell.learn(bit, FAST_LIMIT);
+            return bit;
+        }
         let bit = coder.code(cell.one(), bit);
         cell.learn(bit, FAST_LIMIT);
         bit

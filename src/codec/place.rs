@@ -23,7 +23,8 @@ struct Place {
 #[derive(Debug, Default)]
 pub struct Places {
     places: Vec<Place>,
-    predictor: Predictor,
+    /// Expects places; the encoder chooses its sets.
+    pub predictor: Predictor,
     spreads: Spreads,
     /// Coordinates that repeat.
     pub lattice: Lattice,
@@ -143,6 +144,7 @@ impl Places {
         let before = coder.spent();
         let around = &surround.around;
         let guess = self.predictor.guess(around);
+        let tips = around.tips().map(|tip| sub(tip.map(|x| x << FINE), guess));
         let shape = self.spreads.shape(around, surround.rough);
         let mut innovation = [0; 3];
         let mut at = [0; 3];
@@ -157,8 +159,22 @@ impl Places {
             let near = (mean + (1 << (FINE - 1))) >> FINE;
             let part = mean - (near << FINE) + (1 << (FINE - 1));
             let log = shape.logs[k];
-            let hint = (part >> (FINE - 3)).clamp(0, 7) as u32;
-            let contexts = contexts::<M>(k, log, surround, past, hint, axis);
+            let hint = if log > WIDE {
+                let other = match around.class {
+                    1 => tips[2][axis],
+                    2 => tips[1][axis],
+                    _ => tips[0][axis],
+                };
+                signed(other, log, (16, 8, 3))
+            } else {
+                (part >> (FINE - 3)).clamp(0, 7) as u32
+            };
+            let views = if M::MIXES {
+                views(around.class, tips.map(|tip| tip[axis]), log)
+            } else {
+                [0; 2]
+            };
+            let contexts = contexts::<M>(k, log, surround, past, hint, axis, views);
             let on = if self.lattice.values[axis].is_empty() {
                 None
             } else {
@@ -196,6 +212,29 @@ impl Places {
 /// No coordinate is expected farther out: the miss of one then has at most 35 bits.
 const FAR: i64 = (1 << 35) - (1 << 31) - 1;
 
+/// Where more is missed than two steps or so, where in a step the expected place lies says
+/// nothing of the sign, but another guess does.
+const WIDE: i32 = 72;
+
+/// How far off another guess is: its sign, and its size by what is expected to be missed, in
+/// `levels` steps of `width` from `-least` on.
+fn signed(off: i64, log: i32, (least, width, levels): (i32, i32, i32)) -> u32 {
+    let level = (2 * log4(off.unsigned_abs()) - log + least) / width;
+    (level.clamp(0, levels) as u32) << 1 | u32::from(off < 0)
+}
+
+/// How far off the parallelograms at the gate and beside it are.
+fn views(class: usize, [tip, right, left]: [i64; 3], log: i32) -> [u32; 2] {
+    let level = |off| signed(off, log, (20, 4, 11));
+    let beside = match class {
+        0 => level((right + left) >> 1),
+        1 => level(left),
+        2 => level(right),
+        _ => level(right) | level(left) << 6,
+    };
+    [level(tip), beside]
+}
+
 /// A coordinate that is to be coded.
 struct Spot {
     k: usize,
@@ -229,6 +268,7 @@ impl Places {
         let spread = (spot.log - 2 * log4(width as u64) + 64).clamp(0, 127) as u32;
         let contexts = Contexts {
             main: ((spot.k as u32 * 3 + offs) * 8 + same) * 8 + far,
+            kin: same << 3 | far,
             more: [
                 mask << 16 | around,
                 mask << 8 | far,
@@ -236,9 +276,11 @@ impl Places {
                 mask << 8 | (spread / 2),
                 around << 2 | spot.k as u32,
                 mask,
+                mask | 1 << 20,
+                mask | 2 << 20,
             ],
         };
-        if !model.bit(coder, model::LISTED, 0, &contexts, found.is_ok()) {
+        if !model.bit(coder, model::LISTED, &contexts, found.is_ok()) {
             return Ok(None);
         }
         *listed |= 1 << spot.axis;
@@ -246,6 +288,7 @@ impl Places {
         let hint = (fine + 4).clamp(0, 7) as u32;
         let contexts = Contexts {
             main: spot.k as u32 * 64 + (spread / 4).min(7) * 8 + hint,
+            kin: 0,
             more: [
                 mask << 16 | around,
                 mask << 12 | spread << 4 | hint,
@@ -253,6 +296,8 @@ impl Places {
                 spread << 2 | spot.k as u32,
                 (near as u32) << 2 | spot.axis as u32,
                 mask << 4 | hint,
+                mask | 1 << 20,
+                mask | 2 << 20,
             ],
         };
         let truth = found.map_or(0, |i| i as i64 - near as i64);
@@ -300,16 +345,22 @@ fn contexts<M: Model>(
     past: u32,
     hint: u32,
     axis: usize,
+    views: [u32; 2],
 ) -> Contexts {
     let bucket = ((log - 48) / 4).clamp(0, 63) as u32;
-    let main = k as u32 * 64 + bucket;
+    let (main, kin) = (k as u32 * 64 + bucket, 0);
     if !M::MIXES {
-        return Contexts { main, more: [0; 6] };
+        return Contexts {
+            main,
+            kin,
+            more: [0; model::MORE],
+        };
     }
     let fine = (log - 48).clamp(0, 255) as u32;
     let (rough, class) = (surround.rough as u32, surround.class as u32);
     Contexts {
         main,
+        kin,
         more: [
             fine << 2 | k as u32,
             (bucket / 2) << 8 | past << 2 | k as u32,
@@ -317,6 +368,8 @@ fn contexts<M: Model>(
             bucket << 5 | hint << 2 | k as u32,
             bucket << 2 | axis as u32,
             (bucket / 2) << 8 | rough << 4 | k as u32,
+            views[0] << 16 | bucket << 4 | k as u32,
+            views[1] << 12 | views[0] << 6 | (bucket / 4) << 2 | k as u32,
         ],
     }
 }

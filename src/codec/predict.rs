@@ -56,6 +56,15 @@ impl Around {
         (self.class * BENDS + self.bends[0]) * BENDS + self.bends[1]
     }
 
+    /// The tips of the parallelograms at the gate, at the edge to its right, and to its left.
+    pub fn tips(&self) -> [Vec3; 3] {
+        [
+            sub(add(self.a, self.b), self.apex),
+            sub(add(self.b, self.c), self.right),
+            sub(add(self.z, self.a), self.left),
+        ]
+    }
+
     /// Twice the features, from the middle of the gate.
     fn features(&self) -> [Vec3; FEATURES] {
         let sum = add(self.a, self.b);
@@ -72,14 +81,32 @@ impl Around {
     }
 }
 
+/// Sums of products of features, and of features and targets.
+#[derive(Clone, Debug, Default)]
+struct Sums {
+    squares: [[i64; FEATURES]; FEATURES],
+    products: [i64; FEATURES],
+    count: u32,
+}
+
+impl Sums {
+    fn add(&mut self, other: &Sums) {
+        for i in 0..FEATURES {
+            for j in 0..=i {
+                self.squares[i][j] = self.squares[i][j].saturating_add(other.squares[i][j]);
+            }
+            self.products[i] = self.products[i].saturating_add(other.products[i]);
+        }
+        self.count += other.count;
+    }
+}
+
 /// The weights of one class, and the sums that they come from.
 #[derive(Clone, Debug)]
 struct Weights {
     start: [i64; FEATURES],
     weight: [i64; FEATURES],
-    squares: [[i64; FEATURES]; FEATURES],
-    products: [i64; FEATURES],
-    count: u32,
+    sums: Sums,
     wait: u32,
 }
 
@@ -95,14 +122,13 @@ impl Weights {
         Weights {
             start,
             weight: start,
-            squares: [[0; FEATURES]; FEATURES],
-            products: [0; FEATURES],
-            count: 0,
+            sums: Sums::default(),
             wait: 16,
         }
     }
 
-    fn learn(&mut self, features: &[Vec3; FEATURES], target: Vec3) {
+    /// Learns a vertex; true when it is time to solve anew.
+    fn learn(&mut self, features: &[Vec3; FEATURES], target: Vec3) -> bool {
         // Coordinates of at most 20 bits, so that sums of 2^13 products stay far below 2^63;
         // weighed so that large and small triangles count alike.
         let all = features.iter().fold(reach(target), |r, &f| r | reach(f));
@@ -122,38 +148,50 @@ impl Weights {
         let scaled = |x: i64| (x << 12) >> weigh;
         for i in 0..FEATURES {
             for j in 0..=i {
-                self.squares[i][j] += scaled(dot(small[i], small[j]));
+                self.sums.squares[i][j] += scaled(dot(small[i], small[j]));
             }
-            self.products[i] += scaled(dot(small[i], target));
+            self.sums.products[i] += scaled(dot(small[i], target));
         }
-        self.count += 1;
+        self.sums.count += 1;
         self.wait -= 1;
-        if self.wait == 0 {
-            self.solve();
-            self.wait = self.count.clamp(16, 256);
-        }
-        if self.count >= WINDOW {
-            self.count /= 2;
-            self.squares
+        if self.sums.count >= WINDOW {
+            self.sums.count /= 2;
+            self.sums
+                .squares
                 .as_flattened_mut()
                 .iter_mut()
                 .for_each(|x| *x /= 2);
-            self.products.iter_mut().for_each(|x| *x /= 2);
+            self.sums.products.iter_mut().for_each(|x| *x /= 2);
         }
+        let due = self.wait == 0;
+        if due {
+            self.wait = self.sums.count.clamp(16, 256);
+        }
+        due
     }
 
-    /// Solves for the weights by elimination, drawn a little towards those of the start.
-    fn solve(&mut self) {
+    /// Solves for the weights by elimination, drawn a little towards those of the start, and
+    /// towards what vertices of other sets would have: a `kin` counts as so many vertices.
+    fn solve(&mut self, kin: &[(Sums, i64); 2]) {
         const Q: u32 = 32;
+        let shares = kin.each_ref().map(|(sums, vertices)| {
+            let share = (vertices << 16) / i64::from(sums.count.max(1));
+            (sums, i128::from(share))
+        });
+        let whole = |of: &dyn Fn(&Sums) -> i64| {
+            let own = i128::from(of(&self.sums)) << 16;
+            shares
+                .iter()
+                .fold(own, |sum, (sums, share)| sum + i128::from(of(sums)) * share)
+        };
         let mut m = [[0i128; FEATURES + 1]; FEATURES];
         let ridge: i128 = 16 << 12;
         for (i, row) in m.iter_mut().enumerate() {
             for (j, x) in row[..FEATURES].iter_mut().enumerate() {
-                *x = i128::from(self.squares[i.max(j)][i.min(j)]) << 16;
+                *x = whole(&|s| s.squares[i.max(j)][i.min(j)]);
             }
             row[i] += ridge << 16;
-            row[FEATURES] =
-                (i128::from(self.products[i]) << 16) + ridge * i128::from(self.start[i]);
+            row[FEATURES] = whole(&|s| s.products[i]) + ridge * i128::from(self.start[i]);
         }
         for k in 0..FEATURES {
             let (above, below) = m.split_at_mut(k + 1);
@@ -184,6 +222,27 @@ impl Weights {
 #[derive(Clone, Debug)]
 pub struct Predictor {
     classes: Vec<Weights>,
+    /// Which sets of weights there are.
+    pub sets: Sets,
+}
+
+/// Which sets of weights there are: the encoder's choice, by trial.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sets {
+    /// One for each class; those of few vertices lean on the others.
+    #[default]
+    Many,
+    /// One for each class, on its own.
+    Apart,
+    /// One for all, which learns from fewer vertices.
+    One,
+    /// Those of the start, which never learn: for surfaces where parallelograms are exact.
+    Fixed,
+}
+
+impl Sets {
+    /// All of them, by number.
+    pub const ALL: [Sets; 4] = [Sets::Many, Sets::Apart, Sets::One, Sets::Fixed];
 }
 
 impl Default for Predictor {
@@ -193,6 +252,7 @@ impl Default for Predictor {
             classes: (0..CLASSES)
                 .map(|c| Weights::new(c / (BENDS * BENDS)))
                 .collect(),
+            sets: Sets::Many,
         }
     }
 }
@@ -201,13 +261,12 @@ impl Predictor {
     /// The expected place, in 256ths of a step.
     pub fn guess(&self, around: &Around) -> Vec3 {
         let features = around.features();
-        let weights = &self.classes[around.set()].weight;
+        let weights = &self.classes[self.set(around)].weight;
         let middle = add(around.a, around.b);
         std::array::from_fn(|axis| {
-            let sum: i128 = (0..FEATURES)
-                .map(|i| i128::from(features[i][axis]) * i128::from(weights[i]))
-                .sum();
-            let place = (middle[axis] << (FINE - 1)) + (sum >> (WEIGHT + 1 - FINE)) as i64;
+            // Features have at most 35 bits and weights 20, so that seven products fit.
+            let sum: i64 = (0..FEATURES).map(|i| features[i][axis] * weights[i]).sum();
+            let place = (middle[axis] << (FINE - 1)) + (sum >> (WEIGHT + 1 - FINE));
             place.clamp(-1 << (33 + FINE), 1 << (33 + FINE))
         })
     }
@@ -215,6 +274,31 @@ impl Predictor {
     /// Learns where the tip came to lie.
     pub fn learn(&mut self, around: &Around, tip: Vec3) {
         let target = sub(add(tip, tip), add(around.a, around.b));
-        self.classes[around.set()].learn(&around.features(), target);
+        let set = self.set(around);
+        let due = self.classes[set].learn(&around.features(), target);
+        if due && self.sets != Sets::Fixed {
+            self.solve(set);
+        }
+    }
+
+    /// Solves for the weights of a set. Those of few vertices lean on what all others have seen.
+    fn solve(&mut self, set: usize) {
+        let mut kin = [(Sums::default(), 8), (Sums::default(), 16)];
+        if self.sets == Sets::Apart {
+            return self.classes[set].solve(&kin);
+        }
+        let near = set / (BENDS * BENDS);
+        for (other, weights) in self.classes.iter().enumerate() {
+            let same = other / (BENDS * BENDS) == near;
+            kin[usize::from(same)].0.add(&weights.sums);
+        }
+        self.classes[set].solve(&kin);
+    }
+
+    fn set(&self, around: &Around) -> usize {
+        match self.sets {
+            Sets::One => 0,
+            _ => around.set(),
+        }
     }
 }

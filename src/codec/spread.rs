@@ -11,10 +11,12 @@
 //! Memory: some kilobytes.
 
 use super::predict::{Around, FINE};
-use super::vec::{UNIT, Vec3, add, cross, dot, excess, reach, shift, sub, unit};
+use super::vec::{UNIT, Vec3, add, cross, dot, excess, log_square, reach, shift, sub, unit};
 
 /// How the last vertices around missed, in levels.
 pub const ROUGH: usize = 12;
+/// Levels of how far parallelograms disagree.
+const DISSENT: usize = 8;
 /// Bits of a fraction of a tracked mean square.
 const SQUARE: u32 = 24;
 /// Bits of a factor in the elimination.
@@ -59,7 +61,7 @@ impl Default for Spreads {
             seen: 0,
         };
         Spreads {
-            tracks: vec![fresh; 4 * ROUGH],
+            tracks: vec![fresh; 4 * ROUGH * DISSENT],
         }
     }
 }
@@ -74,7 +76,8 @@ impl Spreads {
         let square = |v: Vec3| dot(shift(v, down), shift(v, down)) as u64;
         let small = (square(along) + square(to_a) + square(to_b)).max(1);
         let frame = frame(around);
-        let track = around.class * ROUGH + rough;
+        let dissent = dissent(around, super::vec::log4(small) + 8 * down as i32);
+        let track = (around.class * DISSENT + dissent) * ROUGH + rough;
         let mean = self.tracks[track].mean;
         // Variances in squared 256ths, within ROOM bits: 2^`up` of them is one.
         let full = mean.map(|m| (m as u128 * u128::from(small)) >> (SQUARE - 2 * FINE));
@@ -126,8 +129,12 @@ impl Spreads {
         track.seen = track.seen.saturating_add(1);
         for (mean, e) in track.mean.iter_mut().zip(&shape.frame) {
             let part = (0..3).map(|i| (missed[i] * e[i]) >> UNIT).sum::<i64>();
-            let square = i128::from(part) * i128::from(part);
-            let square = (square << (SQUARE - 2 * FINE)) / shape.size;
+            let square = (i128::from(part) * i128::from(part)) << (SQUARE - 2 * FINE);
+            // Mostly both have 64 bits at most, and a narrow division is several times as fast.
+            let square = match (u64::try_from(square), u64::try_from(shape.size)) {
+                (Ok(square), Ok(size)) => i128::from(square / size),
+                _ => square / shape.size,
+            };
             // One wild vertex must not spoil the mean.
             let most = i128::from(*mean) * 16 + (1 << 8);
             let gap = square.min(most) as i64 - *mean;
@@ -149,6 +156,22 @@ impl Shape {
             _ => part(f20, innovation[0]) + part(f21, innovation[1]),
         }
     }
+}
+
+/// How far the parallelograms that touch the tip are from each other for a triangle of this size,
+/// in levels: where they disagree, the surface is bent, and the guess is worse.
+fn dissent(around: &Around, size: i32) -> usize {
+    let [tip, right, left] = around.tips();
+    let apart = |p: Vec3, q: Vec3| log_square(sub(p, q));
+    let most = match around.class {
+        0 => apart(tip, right).min(apart(tip, left)),
+        1 => apart(tip, left),
+        2 => apart(tip, right),
+        _ => apart(tip, right)
+            .max(apart(tip, left))
+            .max(apart(left, right)),
+    };
+    ((most - size + 48) / 8).clamp(0, DISSENT as i32 - 1) as usize
 }
 
 /// Along the gate, across it, and along the normal of the triangles around.

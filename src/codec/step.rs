@@ -89,7 +89,7 @@ impl<M: Model> Walk<M> {
         let two = after == first;
         let bit = truth.opposite(f.corner) == s.corner;
         let contexts = Contexts::of(u32::from(two));
-        if !self.model.bit(coder, model::ZIP, 0, &contexts, bit) {
+        if !self.model.bit(coder, model::ZIP, &contexts, bit) {
             return false;
         }
         self.border.remove(first);
@@ -119,10 +119,7 @@ impl<M: Model> Walk<M> {
             truth.link(x, &self.border)
         };
         let contexts = Contexts::of(gap);
-        if !self
-            .model
-            .bit(coder, model::NEW, 0, &contexts, target == NONE)
-        {
+        if !self.model.bit(coder, model::NEW, &contexts, target == NONE) {
             let m = self.target(e, target, coder)?;
             return self.link(e, m, x, truth, coder);
         }
@@ -188,7 +185,7 @@ impl<M: Model> Walk<M> {
         if n != e && self.border[n].open {
             let y = truth.across(prev(x));
             let bit = y != NONE && truth.opposite(prev(y)) == self.border[n].corner;
-            if self.model.bit(coder, model::FAN_RIGHT, 0, &right, bit) {
+            if self.model.bit(coder, model::FAN_RIGHT, &right, bit) {
                 around.class += 2;
                 self.ear_right(f, y, truth, coder)?;
             } else {
@@ -198,7 +195,7 @@ impl<M: Model> Walk<M> {
         if self.border.alive(e) && self.border[e].prev == p && p != f && self.border[p].open {
             let y = truth.across(next(x));
             let bit = y != NONE && truth.opposite(next(y)) == self.border[p].corner;
-            if self.model.bit(coder, model::FAN_LEFT, 0, &left, bit) {
+            if self.model.bit(coder, model::FAN_LEFT, &left, bit) {
                 around.class += 1;
                 self.ear_left(e, y, truth, coder)?;
             } else {

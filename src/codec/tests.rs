@@ -1,6 +1,7 @@
 //! Pieces of every sort, there and back at both levels; streams that no encoder wrote.
 
 use super::chunk::{Piece, decode, encode, order};
+use super::predict::Sets;
 use super::walk::Extent;
 use super::{Level, NONE};
 use proptest::prelude::*;
@@ -181,8 +182,9 @@ proptest! {
         vertices in 0usize..300,
         loose in 0usize..9,
         turns in any::<bool>(),
+        sets in 0usize..4,
     ) {
-        let extent = Extent { triangles, degenerate, vertices, loose, turns };
+        let extent = Extent { triangles, degenerate, vertices, loose, turns, sets: Sets::ALL[sets] };
         for level in LEVELS {
             if let Ok(back) = decode(&bytes, extent, level) {
                 prop_assert_eq!(back.triangles.len(), triangles + degenerate);

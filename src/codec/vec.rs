@@ -64,6 +64,14 @@ pub fn log4(x: u64) -> i32 {
     (4 * top + (two as u32 & 3)) as i32
 }
 
+/// [`log4`] of the square of a vector's length.
+#[inline]
+pub fn log_square(a: Vec3) -> i32 {
+    let down = excess(reach(a), 29);
+    let a = shift(a, down);
+    log4(dot(a, a) as u64) + 8 * down as i32
+}
+
 /// Bits of a fraction of a [`unit()`] vector.
 pub const UNIT: u32 = 20;
 

@@ -22,6 +22,7 @@
 use super::border::Border;
 use super::model::{self, Contexts, Model};
 use super::place::Places;
+use super::predict::Sets;
 use super::range::Coder;
 use super::truth::{Truth, next, prev};
 use super::vec::{Vec3, add, dot, excess, log4, reach, shift, sub};
@@ -59,6 +60,8 @@ pub struct Extent {
     pub loose: usize,
     /// True when triangles may be turned against their neighbours.
     pub turns: bool,
+    /// Which sets of weights predict.
+    pub sets: Sets,
 }
 
 impl<M: Model> Default for Walk<M> {
@@ -94,22 +97,7 @@ impl<M: Model> Walk<M> {
         truth: &mut impl Truth,
         coder: &mut impl Coder,
     ) -> Result<(), Damaged> {
-        self.turns = extent.turns;
-        self.places
-            .lattice
-            .code(&mut self.model, coder, extent.vertices)?;
-        while self.triangles.len() < extent.triangles {
-            self.seed(truth, coder)?;
-            while let Some(e) = self.gate() {
-                self.step(e, truth, coder)?;
-                if self.triangles.len() > extent.triangles {
-                    return Err(Damaged("more triangles than stated"));
-                }
-                if self.places.len() > extent.vertices {
-                    return Err(Damaged("more vertices than stated"));
-                }
-            }
-        }
+        self.part(extent, extent.triangles, truth, coder)?;
         for _ in 0..extent.degenerate {
             let x = truth.degenerate();
             let tri = self.corners([x, next(x), prev(x)], truth, coder)?;
@@ -125,6 +113,40 @@ impl<M: Model> Walk<M> {
         }
         if self.places.len() != extent.vertices {
             return Err(Damaged("another number of vertices than stated"));
+        }
+        Ok(())
+    }
+
+    /// Codes triangles that name three vertices: all, or no more than some over `most`.
+    ///
+    /// # Errors
+    /// [`Damaged`], as above.
+    pub fn part(
+        &mut self,
+        extent: Extent,
+        most: usize,
+        truth: &mut impl Truth,
+        coder: &mut impl Coder,
+    ) -> Result<(), Damaged> {
+        self.turns = extent.turns;
+        self.places.predictor.sets = extent.sets;
+        self.places
+            .lattice
+            .code(&mut self.model, coder, extent.vertices)?;
+        while self.triangles.len() < extent.triangles {
+            self.seed(truth, coder)?;
+            while let Some(e) = self.gate() {
+                if most < extent.triangles && self.triangles.len() >= most {
+                    return Ok(());
+                }
+                self.step(e, truth, coder)?;
+                if self.triangles.len() > extent.triangles {
+                    return Err(Damaged("more triangles than stated"));
+                }
+                if self.places.len() > extent.vertices {
+                    return Err(Damaged("more vertices than stated"));
+                }
+            }
         }
         Ok(())
     }
@@ -186,7 +208,7 @@ impl<M: Model> Walk<M> {
         let seen = (count > 0)
             && self
                 .model
-                .bit(coder, model::SEEN, 0, &Contexts::of(place), number != NONE);
+                .bit(coder, model::SEEN, &Contexts::of(place), number != NONE);
         if !seen {
             return Ok(None);
         }
@@ -219,7 +241,7 @@ impl<M: Model> Walk<M> {
         let turned = self.turns && {
             let bit = truth.reversed(x);
             let contexts = Contexts::of(0);
-            self.model.bit(coder, model::REVERSED, 0, &contexts, bit)
+            self.model.bit(coder, model::REVERSED, &contexts, bit)
         };
         truth.visit(x);
         self.triangles.push(if turned { [a, c, b] } else { tri });
@@ -285,14 +307,19 @@ impl<M: Model> Walk<M> {
     /// What an ear is judged by: the gap, the triangles at the vertex that it would close.
     pub(super) fn ear_contexts(&self, gap: u32, pivot: u32, other: u32, e: u32) -> Contexts {
         let valence = |v: u32| u32::from(self.valence[v as usize]).min(9);
-        let main = gap * 10 + valence(pivot);
+        let (main, kin) = (gap * 10 + valence(pivot), gap);
         if !M::MIXES {
-            return Contexts { main, more: [0; 6] };
+            return Contexts {
+                main,
+                kin,
+                more: [0; model::MORE],
+            };
         }
         let across = self.gap_left(e);
         let apex = self.border[e].apex;
         Contexts {
             main,
+            kin,
             more: [
                 gap << 8 | across << 2,
                 valence(pivot) << 8 | valence(other) << 4 | valence(apex),
@@ -300,6 +327,8 @@ impl<M: Model> Walk<M> {
                 (gap / 3) << 12 | (across / 3) << 8 | valence(pivot) << 4,
                 gap,
                 valence(pivot) << 4 | valence(apex),
+                gap << 12 | across << 6 | valence(pivot),
+                (gap / 4) << 12 | valence(pivot) << 8 | valence(other) << 4 | valence(apex),
             ],
         }
     }
@@ -321,7 +350,7 @@ impl<M: Model> Walk<M> {
             gap_right = self.gap_right(e);
             let contexts = self.ear_contexts(gap_right, b, a, e);
             let bit = known && truth.opposite(prev(x)) == self.border[n].corner;
-            if self.model.bit(coder, model::RIGHT, 0, &contexts, bit) {
+            if self.model.bit(coder, model::RIGHT, &contexts, bit) {
                 return self.ear_right(e, x, truth, coder);
             }
         }
@@ -329,14 +358,14 @@ impl<M: Model> Walk<M> {
             gap_left = self.gap_left(e);
             let contexts = self.ear_contexts(gap_left, a, b, e);
             let bit = known && truth.opposite(next(x)) == self.border[p].corner;
-            if self.model.bit(coder, model::LEFT, 0, &contexts, bit) {
+            if self.model.bit(coder, model::LEFT, &contexts, bit) {
                 return self.ear_left(e, x, truth, coder);
             }
         }
         let ends = u32::from(self.border[n].open) + 2 * u32::from(self.border[p].open);
         let wide = u32::from(gap_right > 12) + 2 * u32::from(gap_left > 12);
         let contexts = Contexts::of(ends * 4 + wide);
-        if self.model.bit(coder, model::BORDER, 0, &contexts, !known) {
+        if self.model.bit(coder, model::BORDER, &contexts, !known) {
             self.border[e].open = false;
             self.touch(p);
             return Ok(());

@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod golden;
+mod part;
 mod refusals;
 
 use common::formats::write_npy;

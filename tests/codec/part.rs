@@ -1,0 +1,92 @@
+//! A part of the chunks: the same triangles over the same coordinates as the whole file has there.
+
+use super::common::run::cornermill;
+use super::common::{bench, surfaces};
+use super::{Case, canonical, rows, told_apart, triangles, workspace};
+use cornermill::build::IndexChoice;
+use cornermill::codec::Level;
+use cornermill::codec::decode::decode_some;
+use cornermill::codec::file::Packed;
+use cornermill::codec::grid::Precision;
+use std::collections::BTreeMap;
+
+/// Each vertex by its bytes, each triangle by those of its vertices, which are told apart.
+fn named(v: &[[u64; 3]], g: &[Vec<u8>], ids: &BTreeMap<Vec<u8>, u64>) -> Vec<[u64; 3]> {
+    canonical(v.iter().map(|t| t.map(|v| ids[&g[v as usize]])).collect())
+}
+
+#[test]
+fn chunks_come_alone_with_shared_vertices_once() {
+    let case = Case::new(
+        &bench::shuffled(&told_apart(bench::mixture(12))),
+        IndexChoice::Auto,
+    );
+    let count = case.encode("m.cmz", (Precision::Exact, Level::Fast, 150), (64 << 20, 2));
+    let (whole, points) = case.decode("m.cmz", 2);
+    let ids: BTreeMap<Vec<u8>, u64> = points.iter().cloned().zip(0..).collect();
+    let chunks = count.chunks as usize;
+    assert!(chunks > 6);
+    for wish in [
+        vec![],
+        vec![chunks - 1],
+        vec![1, 2, 5],
+        (0..chunks).step_by(2).collect(),
+        (0..chunks).collect(),
+    ] {
+        let ws = workspace(case.dir.path(), 64 << 20, 1);
+        let (v, g) = (case.path("part.V.npy"), case.path("part.G.npy"));
+        [&v, &g].iter().for_each(|f| _ = std::fs::remove_file(f));
+        let packed = Packed::open(&ws.budget, &ws.io, &case.path("m.cmz")).unwrap();
+        let part = decode_some(&ws, &packed, &wish, &v, &g).unwrap();
+        let (found, at) = (triangles(&v), rows(&g));
+        assert_eq!(
+            (part.triangles, part.vertices),
+            (found.len() as u64, at.len() as u64)
+        );
+        let mut once = at.clone();
+        once.sort_unstable();
+        once.dedup();
+        assert_eq!(once.len(), at.len(), "a shared vertex came twice: {wish:?}");
+        // The whole file has the chunks one behind the other.
+        let mut expected = Vec::new();
+        let mut from = 0;
+        for (chunk, entry) in packed.entries.iter().enumerate() {
+            let to = from + entry.all_triangles() as usize;
+            if wish.contains(&chunk) {
+                expected.extend_from_slice(&whole[from..to]);
+            }
+            from = to;
+        }
+        assert_eq!(
+            named(&found, &at, &ids),
+            named(&expected, &points, &ids),
+            "{wish:?}"
+        );
+        drop(packed);
+        assert_eq!(ws.budget.used(), 0, "the budget is not given back");
+    }
+}
+
+#[test]
+fn the_command_takes_chunks_and_boxes() {
+    let case = Case::new(&told_apart(surfaces::torus(20, 30)), IndexChoice::Auto);
+    let wish = (Precision::Bits(12), Level::Fast, 150);
+    let count = case.encode("m.cmz", wish, (64 << 20, 2));
+    let path = |name: &str| case.path(name).display().to_string();
+    let (file, out) = (path("m.cmz"), path("part.ct"));
+    let decode = |more: &[&str], code| {
+        let args = ["decode", &file, "-o", &out, "--force"];
+        cornermill(args.iter().chain(more)).expect(code)
+    };
+    decode(&["--chunk", "0,2-3", "-q"], 0);
+    cornermill(["verify", &out]).expect(0);
+    let said = decode(&["--bbox=-1e9,-1e9,-1e9,1e9,1e9,1e9"], 0).stdout;
+    assert!(
+        said.starts_with(&format!("{} triangles", count.triangles)),
+        "{said}"
+    );
+    let said = decode(&["--bbox=1e8,1e8,1e8,1e9,1e9,1e9"], 0).stdout;
+    assert!(said.starts_with("0 triangles"), "{said}");
+    let refused = decode(&["--chunk", "9999"], 2);
+    assert!(refused.stderr.contains("9999"), "{}", refused.stderr);
+}
