@@ -6,9 +6,9 @@ use super::plan::{Strategy, check_least};
 use super::predict::{Prediction, Sizes};
 use super::room::check_before;
 use super::staging::{Former, Staging};
-use super::steps::{Identity, Opened, Steps};
+use super::steps::{Identity, Opened, STATE, Steps};
 use crate::chunk::pair::MAX_CHUNK;
-use crate::disk::{Budget, Counters, NoProgress, Progress, Scratch, Workers, Workspace};
+use crate::disk::{Budget, Counters, NoProgress, Progress, Scratch, Workers, Workspace, fs};
 use crate::error::{Error, Result};
 use crate::folder::{self, Orient};
 use crate::input::{self, CoordKind, Endian, Format, IndexKind, Request};
@@ -251,12 +251,12 @@ impl Builder {
             false => None,
         };
         let state = staging.state();
-        let built = self.passes(clock, left, staging);
+        let built = self.passes(clock, left, &mut staging);
         if let Err(Error::Usage(_) | Error::Input(_) | Error::Budget { .. } | Error::Internal(_)) =
             &built
         {
             // It would end like this again.
-            let _ = std::fs::remove_file(state);
+            let _ = fs::remove_file(state);
         }
         built
     }
@@ -266,7 +266,7 @@ impl Builder {
         &self,
         mut clock: Clock,
         left: Option<Opened>,
-        staging: Staging,
+        staging: &mut Staging,
     ) -> Result<BuildReport> {
         let mut request = self.request.clone();
         request.g_path = staging.path().join(folder::G);
@@ -301,10 +301,10 @@ impl Builder {
         let request = &self.request;
         let said = |option: &dyn std::fmt::Debug| format!("{option:?}").to_lowercase();
         let options: [(&str, String); 15] = [
+            ("the form of the state", said(&STATE)),
             ("the version", env!("CARGO_PKG_VERSION").to_owned()),
             ("--memory in bytes", said(&self.memory)),
             ("--threads", said(&self.threads)),
-            ("--tmp", said(&self.tmp)),
             ("--orient", said(&self.orient)),
             ("--index", said(&self.index)),
             ("--no-measures", said(&!self.measures)),

@@ -197,7 +197,7 @@ pub fn run(
     mut clock: Clock,
     opened: &Opened,
     wishes: &Wishes,
-    staging: Staging,
+    staging: &mut Staging,
 ) -> Result<BuildReport> {
     let ws = clock.ws;
     let (mesh, vertices) = (&opened.mesh, opened.vertices);

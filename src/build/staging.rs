@@ -6,6 +6,7 @@
 //!                 out/      becomes NAME
 //!                 scratch/  scratch files, unless they lie elsewhere
 //!                 state     what a build that was stopped goes on from
+//!                 rooms     the folders of scratch files that lie elsewhere
 //!                 replaced/ what NAME was, for a moment, where names cannot be exchanged
 //! ```
 //!
@@ -17,10 +18,12 @@
 //! Why a lock: two builds of one target never meet, and what a killed one left is known for dead
 //! (see [`Lock`]). A build that fails removes what it made, unless it can be gone on with.
 
-use crate::disk::{Fleeting, Lock, Tried, fs};
+use crate::disk::{Fleeting, Lock, Tried, discard, discard_dead, fs, go_on};
 use crate::error::{Error, Result};
 use crate::folder;
+use std::ffi::{OsStr, OsString};
 use std::io::ErrorKind;
+use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 
 /// The folder that will be the target.
@@ -31,6 +34,10 @@ const SCRATCH: &str = "scratch";
 const STATE: &str = "state";
 /// What the target was.
 const REPLACED: &str = "replaced";
+/// The folders of scratch files that lie elsewhere, each ended by a zero.
+const ROOMS: &str = "rooms";
+/// The most bytes of that list.
+const MOST_ROOMS: u64 = 1 << 20;
 
 /// A folder that is removed on drop unless it was put in its place, or its state is kept.
 #[derive(Debug)]
@@ -39,10 +46,12 @@ pub struct Staging {
     out: PathBuf,
     target: PathBuf,
     force: bool,
+    /// What must not be replaced.
+    spare: Vec<PathBuf>,
     done: bool,
     /// Folders of scratch files elsewhere.
     rooms: Vec<(PathBuf, Lock)>,
-    _fleeting: Fleeting,
+    fleeting: Vec<Fleeting>,
     _lock: Lock,
 }
 
@@ -67,21 +76,21 @@ impl Staging {
     /// or holds one of `spare`; when another process builds it; when a stopped build can be gone
     /// on with, and `former` refuses; [`Error::Io`].
     pub fn new(target: &Path, force: bool, former: Former, spare: &[&Path]) -> Result<Staging> {
-        let name = target.file_name().map(|n| n.to_string_lossy().into_owned());
-        let Some(name) = name else {
+        if target.file_name().is_none() {
             let what = format!("{} names no folder that can be made", target.display());
             return Err(Error::Usage(what));
-        };
-        if target.symlink_metadata().is_ok() {
-            check_replaceable(target, force, spare)?;
         }
-        let work = parent(target).join(format!(".{name}.partial"));
-        let is_link = |meta: std::fs::Metadata| !meta.is_dir();
-        if work.symlink_metadata().is_ok_and(is_link) {
-            return Err(Error::Usage(format!(
-                "{} is in the way of the working folder; remove it",
-                work.display()
-            )));
+        let spare: Vec<PathBuf> = spare.iter().map(|path| (*path).to_owned()).collect();
+        let work = work_of(target);
+        if target.symlink_metadata().is_ok()
+            && let Err(refused) = check_replaceable(target, force, &spare)
+        {
+            if !work.join(STATE).is_file() && !work.join(REPLACED).exists() {
+                // Of a build that was killed when all but its end was done.
+                discard_rooms(&work);
+                discard_dead(&work);
+            }
+            return Err(refused);
         }
         let lock = match Lock::of_folder(&work)? {
             Tried::Taken(lock) => lock,
@@ -91,9 +100,10 @@ impl Staging {
             out: work.join(OUT),
             target: target.to_owned(),
             force,
+            spare,
             done: false,
             rooms: Vec::new(),
-            _fleeting: Fleeting::unless(&work, &work.join(STATE)),
+            fleeting: vec![Fleeting::unless(&work, &work.join(STATE))],
             _lock: lock,
             work,
         };
@@ -109,7 +119,7 @@ impl Staging {
                 fs::rename(&aside, &self.target)
                     .map_err(|e| Error::io(&self.target, "put the old folder back to it", e))?;
                 sync_dir(parent(&self.target))?;
-                check_replaceable(&self.target, self.force, &[])?;
+                check_replaceable(&self.target, self.force, &self.spare)?;
             } else {
                 remove(&aside)?;
             }
@@ -128,7 +138,12 @@ impl Staging {
             }
         }
         // The state first: a killed removal must not leave a state without its files.
-        remove(&self.state())?;
+        if self.state().symlink_metadata().is_ok() {
+            remove(&self.state())?;
+            sync_dir(&self.work)?;
+        }
+        discard_rooms(&self.work);
+        remove(&self.work.join(ROOMS))?;
         for name in [OUT, SCRATCH] {
             remove(&self.work.join(name))?;
         }
@@ -153,27 +168,44 @@ impl Staging {
     /// # Errors
     /// [`Error::Usage`] when another process uses one; [`Error::Io`].
     pub fn rooms(&mut self, dirs: &[PathBuf]) -> Result<Vec<PathBuf>> {
-        if dirs.is_empty() {
+        let was = rooms_of(&self.work);
+        if dirs.is_empty() && was.is_empty() {
             return Ok(vec![self.scratch()]);
         }
         let real = fs::canonicalize(&self.work).map_err(|e| Error::io(&self.work, "find it", e))?;
         let sum = xxhash_rust::xxh3::xxh3_64(real.as_os_str().as_encoded_bytes());
-        let name = self
-            .target
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy();
+        let mut rooms: Vec<PathBuf> = Vec::new();
         for dir in dirs {
-            let room = dir.join(format!(".{name}.scratch-{sum:016x}"));
+            let mut name = OsString::from(".");
+            name.push(self.target.file_name().unwrap_or_default());
+            name.push(format!(".scratch-{sum:016x}"));
+            let dir = fs::canonicalize(dir).map_err(|e| Error::io(dir, "find it", e))?;
+            let room = dir.join(name);
+            // A folder that was given twice is one.
+            if !rooms.contains(&room) {
+                rooms.push(room);
+            }
+        }
+        let list = self.work.join(ROOMS);
+        if !self.state().is_file() {
+            fs::write(&list, &joined(&rooms)).map_err(|e| Error::io(&list, "write it", e))?;
+        } else if was != rooms {
+            return Err(Error::Usage(
+                "the build that was stopped cannot be resumed: --tmp was another; give what was \
+                 given then, or begin anew with --force"
+                    .into(),
+            ));
+        }
+        for room in rooms {
             let lock = match Lock::of_folder(&room)? {
                 Tried::Taken(lock) => lock,
                 Tried::Held(by) => return Err(at_work(&self.target, by)),
             };
+            self.fleeting.push(Fleeting::unless(&room, &self.state()));
             self.rooms.push((room, lock));
         }
         let rooms: Vec<PathBuf> = self.rooms.iter().map(|(room, _)| room.clone()).collect();
         if !self.state().is_file() {
-            // A lock of a folder that was given twice is refused above, so each is swept once.
             rooms.iter().try_for_each(|room| empty(room))?;
         }
         Ok(rooms)
@@ -197,17 +229,45 @@ impl Staging {
     /// Syncs the folder and gives it the name of its target.
     ///
     /// # Errors
-    /// [`Error::Io`].
-    pub fn finish(mut self) -> Result<()> {
+    /// [`Error::Interrupted`]; [`Error::Io`], also when something that is not to be replaced has the
+    /// name meanwhile.
+    pub fn finish(&mut self) -> Result<()> {
         sync_dir(&self.out)?;
-        let replaces = self.force && self.target.symlink_metadata().is_ok();
+        // Who ends the process at once has removed the folder by now, and then says so here, or
+        // does not know of it any more.
+        self.fleeting.clear();
+        go_on()?;
+        let replaces = self.target.symlink_metadata().is_ok();
+        if replaces {
+            // It was not there when the build began: the build is kept, as for any other want of room.
+            let refused = |e: Error| {
+                let source = std::io::Error::new(ErrorKind::AlreadyExists, e.to_string());
+                Error::io(&self.target, "give the finished folder its name", source)
+            };
+            check_replaceable(&self.target, self.force, &self.spare).map_err(refused)?;
+        }
+        // A state names arrays in the folder of that name, which after an exchange is the old one.
+        if self.state().symlink_metadata().is_ok() {
+            remove(&self.state())?;
+            sync_dir(&self.work)?;
+        }
         if !(replaces && exchange(&self.out, &self.target)) {
             self.rename(replaces)?;
         }
         self.done = true;
-        sync_dir(parent(&self.target))?;
-        self.rooms.iter().try_for_each(|(room, _)| remove(room))?;
-        remove(&self.work)
+        let synced = sync_dir(parent(&self.target));
+        if replaces && synced.is_err() {
+            // What was replaced stays until the new name is certain to be on the device.
+            return synced;
+        }
+        self.discard();
+        synced
+    }
+
+    /// Removes the working folders; what stays is recognised by the next run.
+    fn discard(&self) {
+        self.rooms.iter().for_each(|(room, _)| discard(room));
+        discard(&self.work);
     }
 
     /// Gives the folder its name in two steps: what has it now is put aside.
@@ -230,19 +290,52 @@ impl Staging {
 impl Drop for Staging {
     fn drop(&mut self) {
         if !self.done && !self.state().is_file() && !self.work.join(REPLACED).exists() {
-            // Nothing is lost when this fails: the name says that it is partial.
-            for (room, _) in &self.rooms {
-                let _ = fs::remove_dir_all(room);
-            }
-            let _ = fs::remove_dir_all(&self.work);
+            self.discard();
         }
     }
 }
 
 /// The file of the state that a stopped build of `target` leaves, if it leaves one.
 pub fn state_of(target: &Path) -> PathBuf {
-    let name = target.file_name().unwrap_or_default().to_string_lossy();
-    parent(target).join(format!(".{name}.partial")).join(STATE)
+    work_of(target).join(STATE)
+}
+
+/// The working folder of a target.
+fn work_of(target: &Path) -> PathBuf {
+    let mut name = OsString::from(".");
+    name.push(target.file_name().unwrap_or_default());
+    name.push(".partial");
+    parent(target).join(name)
+}
+
+/// The folders of scratch files that the build of a working folder has elsewhere.
+fn rooms_of(work: &Path) -> Vec<PathBuf> {
+    let bytes = fs::read_up_to(&work.join(ROOMS), MOST_ROOMS).unwrap_or_default();
+    let paths = bytes
+        .split(|&byte| byte == 0)
+        .filter(|path| !path.is_empty());
+    paths
+        .map(|path| PathBuf::from(OsStr::from_bytes(path)))
+        .collect()
+}
+
+fn joined(rooms: &[PathBuf]) -> Vec<u8> {
+    let paths = rooms
+        .iter()
+        .flat_map(|room| [room.as_os_str().as_bytes(), b"\0"]);
+    paths.collect::<Vec<_>>().concat()
+}
+
+/// Removes the folders of scratch files that a dead build had elsewhere.
+fn discard_rooms(work: &Path) {
+    let ours = |room: &PathBuf| {
+        let name = room.file_name().unwrap_or_default().as_bytes();
+        name.starts_with(b".") && name.windows(9).any(|part| part == b".scratch-")
+    };
+    rooms_of(work)
+        .iter()
+        .filter(|room| ours(room))
+        .for_each(|room| discard_dead(room));
 }
 
 /// Two builds of one target.
@@ -286,7 +379,7 @@ fn remove(path: &Path) -> Result<()> {
 }
 
 /// Only a mesh folder is ever replaced, and never with something of this build in it.
-fn check_replaceable(target: &Path, force: bool, spare: &[&Path]) -> Result<()> {
+fn check_replaceable(target: &Path, force: bool, spare: &[PathBuf]) -> Result<()> {
     let refuse = |why: &str| {
         let what = format!("{} {why}; choose another name with -o", target.display());
         Err(Error::Usage(what))
@@ -298,7 +391,7 @@ fn check_replaceable(target: &Path, force: bool, spare: &[&Path]) -> Result<()> 
         return refuse("is no mesh folder, so --force does not replace it");
     }
     let real = fs::canonicalize(target).map_err(|e| Error::io(target, "find it", e))?;
-    let holds = |path: &&&Path| fs::canonicalize(path).is_ok_and(|p| p.starts_with(&real));
+    let holds = |path: &&PathBuf| fs::canonicalize(path).is_ok_and(|p| p.starts_with(&real));
     if let Some(path) = spare.iter().find(holds) {
         return refuse(&format!("holds {}, which this build uses", path.display()));
     }

@@ -13,9 +13,10 @@
 
 use super::arrays::OutArray;
 use super::coords::{Placed, array_of};
+use super::staging::{parent, sync_dir};
 use crate::chunk::grid::Bounds;
 use crate::disk::journal::{Keep, Pen, Reader, check_length};
-use crate::disk::{DataFile, Workspace};
+use crate::disk::{DataFile, Workspace, fs};
 use crate::error::{Error, Result};
 use crate::folder::{self, WarmSums, npy::DATA_START};
 use crate::input::{CoordKind, Mesh};
@@ -26,6 +27,9 @@ use std::time::{Duration, Instant};
 
 /// The step behind which the mesh is open and G in its place.
 pub const OPENED: &str = "coordinates";
+
+/// The form in which states are written; another is refused.
+pub const STATE: u32 = 1;
 
 /// What says whether a state belongs to a build: by name, what must be the same.
 pub type Identity = BTreeMap<String, String>;
@@ -144,7 +148,16 @@ impl Steps {
             .every
             .is_some_and(|every| self.since.elapsed() >= every)
         {
-            self.write(ws, step, keep)?;
+            match self.write(ws, step, keep) {
+                // The build may have room where its state has none.
+                Err(e) if e.is_no_space() => {
+                    let _ = fs::remove_file(self.state.with_extension("new"));
+                    ws.progress
+                        .note(&format!("not kept for --resume behind {step}: {e}"));
+                    self.since = Instant::now();
+                }
+                done => done?,
+            }
         }
         Ok(())
     }
@@ -245,6 +258,7 @@ const NAMES: [&str; 11] = [
 impl Keep for OutArray {
     fn keep(&self, to: &mut Pen) -> Result<()> {
         self.file.sync()?;
+        sync_dir(parent(self.file.path()))?;
         to.text(self.name)?;
         to.text(&self.descr)?;
         to.list(&self.shape)?;

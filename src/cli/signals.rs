@@ -48,7 +48,8 @@ pub(super) fn advice() -> Option<String> {
         .filter(|word| word != "--resume")
         .map(quoted)
         .collect();
-    words.push("--resume".into());
+    // Behind the subcommand: what follows `--` is no option.
+    words.insert(words.len().min(2), "--resume".into());
     let step = line["step"].as_str().unwrap_or("the first pass");
     Some(format!(
         "what was done up to the pass \"{step}\" is kept; to go on: {}",
@@ -63,7 +64,8 @@ pub(super) fn code(signal: i32) -> u8 {
 
 /// Listens from now on. Where that cannot be, signals end the process as they always do.
 pub(super) fn listen() {
-    let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else {
+    let wanted = [SIGINT, SIGTERM].into_iter().filter(|&s| !ignored(s));
+    let Ok(mut signals) = Signals::new(wanted) else {
         return;
     };
     std::thread::spawn(move || {
@@ -80,6 +82,16 @@ pub(super) fn listen() {
             end(second);
         }
     });
+}
+
+/// True for a signal that whoever started the process wants to be ignored, as a shell does for what
+/// runs behind it.
+fn ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status
+        .lines()
+        .find_map(|line| u64::from_str_radix(line.strip_prefix("SigIgn:")?.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
 
 /// Ends the process without waiting for anything.

@@ -19,8 +19,10 @@ use super::scratch::Named;
 use super::{Budget, Counters, DataFile, Scratch, ScratchFile, fs, go_on};
 use crate::error::{Error, Result};
 use bytemuck::Pod;
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Read, Write};
+use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
@@ -118,6 +120,15 @@ impl Pen {
         self.list(text.as_bytes())
     }
 
+    /// The path of a file that exists, in full.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn path(&mut self, path: &Path) -> Result<()> {
+        let full = fs::canonicalize(path).map_err(|e| Error::io(path, "find it", e))?;
+        self.list(full.as_os_str().as_bytes())
+    }
+
     /// A scratch file, which is synced, and kept as it is while this journal is in force.
     ///
     /// # Errors
@@ -125,7 +136,7 @@ impl Pen {
     pub fn file(&mut self, file: &ScratchFile) -> Result<()> {
         let named = file.named()?;
         file.data().sync()?;
-        self.text(&named.path().to_string_lossy())?;
+        self.path(named.path())?;
         let real = file.data().len()?;
         for number in [file.len(), file.held(), real] {
             self.number(number)?;
@@ -146,10 +157,16 @@ impl Pen {
         self.out.flush().map_err(at)?;
         self.out.get_ref().sync_all().map_err(at)?;
         self.scratch.sync_dirs()?;
+        // Before the journal names them, and not only once it is certain to be in force.
+        self.files.iter().for_each(|named| named.pin());
         fs::rename(&self.temp, &self.path)
             .map_err(|e| Error::io(&self.path, "put the journal in its place", e))?;
         let dir = self.path.parent().unwrap_or(Path::new("."));
-        fs::sync_dir(dir).map_err(|e| Error::io(dir, "sync the folder", e))?;
+        // The folder may be as new as the journal.
+        let above = dir.join("..");
+        for dir in [dir, &above] {
+            fs::sync_dir(dir).map_err(|e| Error::io(dir, "sync the folder", e))?;
+        }
         self.scratch.pin(self.files);
         Ok(())
     }
@@ -251,12 +268,20 @@ impl Reader {
         String::from_utf8(bytes).map_err(|_| Error::Internal("a journal that is no text".into()))
     }
 
+    /// A path.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn path(&mut self) -> Result<PathBuf> {
+        Ok(PathBuf::from(OsString::from_vec(self.list()?)))
+    }
+
     /// A scratch file as it was.
     ///
     /// # Errors
     /// [`Error::Input`] when it is shorter than it was, [`Error::Io`].
     pub fn file(&mut self) -> Result<ScratchFile> {
-        let path = PathBuf::from(self.text()?);
+        let path = self.path()?;
         let [len, held, real] = [self.number()?, self.number()?, self.number()?];
         let data = DataFile::open_rw(&path, &self.io)?;
         check_length(&data, real)?;

@@ -12,10 +12,10 @@
 use super::fs;
 use super::stop::Fleeting;
 use crate::error::{Error, Result};
-use rustix::fs::{FlockOperation, flock};
+use rustix::fs::{FlockOperation, OFlags, flock};
 use std::fs::{File, Metadata};
 use std::io::Write;
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 /// The name of the lock in a folder that has one.
@@ -51,22 +51,23 @@ impl Lock {
                 Err(e) if e.kind() != std::io::ErrorKind::AlreadyExists => {
                     return Err(Error::io(dir, "create the folder", e));
                 }
-                _ => {}
+                Err(_) => check_ours(dir)?,
+                Ok(()) => {}
             }
             let path = dir.join(NAME);
-            let options = File::options()
-                .read(true)
-                .write(true)
-                .create(true)
-                .truncate(false)
-                .open(&path);
-            let mut file = match options {
+            let mut options = File::options();
+            options.read(true).write(true).create(true).truncate(false);
+            let mut file = match open_plain(&path, &mut options) {
                 Ok(file) => file,
                 // Whoever took it for dead has removed the folder meanwhile.
                 Err(e) if e.kind() == std::io::ErrorKind::NotFound && !dir.exists() => continue,
-                Err(e) => return Err(Error::io(&path, "open the lock", e)),
+                Err(e) => {
+                    // Only an empty folder goes.
+                    let _ = std::fs::remove_dir(dir);
+                    return Err(Error::io(&path, "open the lock", e));
+                }
             };
-            if !try_lock(&file, &path)? {
+            if try_lock(&file, &path)? == Some(false) {
                 let holder = std::fs::read_to_string(&path).ok();
                 return Ok(Tried::Held(holder.and_then(|t| t.trim().parse().ok())));
             }
@@ -82,13 +83,69 @@ impl Lock {
     }
 }
 
-/// Locks a file if nobody else has.
-fn try_lock(file: &File, path: &Path) -> Result<bool> {
+/// Refuses to take a folder that is not one of these: a link, a file, or a folder of somebody's
+/// without a lock.
+fn check_ours(dir: &Path) -> Result<()> {
+    let in_the_way = || {
+        let what = "is in the way of a working folder of that name; rename or remove it";
+        Err(Error::Usage(format!("{} {what}", dir.display())))
+    };
+    match dir.symlink_metadata() {
+        Ok(meta) if !meta.is_dir() => return in_the_way(),
+        _ => {}
+    }
+    let locked = dir.join(NAME).symlink_metadata().is_ok();
+    // The lock goes last, so nothing of ours is without one.
+    if !locked && fs::read_dir(dir).is_ok_and(|mut list| list.next().is_some()) {
+        // It may have been locked by another process just now.
+        if dir.join(NAME).symlink_metadata().is_err() {
+            return in_the_way();
+        }
+    }
+    Ok(())
+}
+
+/// Opens a regular file: a link is not followed, and a pipe not waited for.
+fn open_plain(path: &Path, options: &mut std::fs::OpenOptions) -> std::io::Result<File> {
+    let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
+    let file = fs::open(path, options.custom_flags(flags.bits() as i32))?;
+    match file.metadata()?.is_file() {
+        true => Ok(file),
+        false => Err(std::io::Error::other("no regular file")),
+    }
+}
+
+/// Locks a file: true when it is ours, false when another process has it; `None` where the file
+/// system has no locks.
+fn try_lock(file: &File, path: &Path) -> Result<Option<bool>> {
+    use rustix::io::Errno;
     match flock(file, FlockOperation::NonBlockingLockExclusive) {
-        Ok(()) => Ok(true),
-        Err(rustix::io::Errno::WOULDBLOCK) => Ok(false),
+        Ok(()) => Ok(Some(true)),
+        Err(Errno::WOULDBLOCK) => Ok(Some(false)),
+        Err(Errno::NOSYS | Errno::OPNOTSUPP | Errno::NOLCK) => Ok(None),
         Err(e) => Err(Error::io(path, "lock it", e.into())),
     }
+}
+
+/// Removes a folder whose lock is held by this process: the lock goes last, so that nobody takes
+/// the folder while it is emptied. Best effort: what stays is recognised by the next run there.
+pub fn discard(dir: &Path) {
+    for entry in std::fs::read_dir(dir).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if entry.file_name() != NAME {
+            let _ = match entry.file_type() {
+                Ok(kind) if kind.is_dir() => fs::remove_dir_all(&path),
+                _ => fs::remove_file(&path),
+            };
+        }
+    }
+    let _ = fs::remove_file(dir.join(NAME));
+    let _ = std::fs::remove_dir(dir);
+}
+
+/// Removes a folder of a dead process.
+pub fn discard_dead(dir: &Path) {
+    sweep_folder(dir);
 }
 
 /// True when `path` still names this file.
@@ -105,7 +162,7 @@ fn is_named(file: &File, path: &Path) -> bool {
 /// # Errors
 /// [`Error::Io`].
 pub(super) fn claim(file: &File, path: &Path) -> Result<bool> {
-    Ok(try_lock(file, path)? && is_named(file, path))
+    Ok(try_lock(file, path)? != Some(false) && is_named(file, path))
 }
 
 /// A folder that lives as long as a command; removed on drop.
@@ -129,12 +186,19 @@ impl TempFolder {
                 .map_err(|e| Error::io(dir, "make a folder there", e))?
                 .keep();
             let fleeting = Fleeting::new(&path);
-            if let Tried::Taken(lock) = Lock::of_folder(&path)? {
-                return Ok(TempFolder {
-                    path,
-                    _lock: lock,
-                    _fleeting: fleeting,
-                });
+            match Lock::of_folder(&path) {
+                Ok(Tried::Taken(lock)) => {
+                    return Ok(TempFolder {
+                        path,
+                        _lock: lock,
+                        _fleeting: fleeting,
+                    });
+                }
+                Ok(Tried::Held(_)) => {}
+                Err(e) => {
+                    let _ = fs::remove_dir_all(&path);
+                    return Err(e);
+                }
             }
         }
     }
@@ -147,8 +211,7 @@ impl TempFolder {
 
 impl Drop for TempFolder {
     fn drop(&mut self) {
-        // What stays is recognised by the next run there.
-        let _ = fs::remove_dir_all(&self.path);
+        discard(&self.path);
     }
 }
 
@@ -175,23 +238,23 @@ pub fn sweep(dir: &Path) {
 }
 
 fn sweep_file(path: &Path) {
-    let Ok(file) = File::open(path) else {
+    let Ok(file) = open_plain(path, File::options().read(true)) else {
         return;
     };
-    if try_lock(&file, path).unwrap_or(false) && is_named(&file, path) {
+    if matches!(try_lock(&file, path), Ok(Some(true))) && is_named(&file, path) {
         let _ = fs::remove_file(path);
     }
 }
 
 fn sweep_folder(dir: &Path) {
     let path = dir.join(NAME);
-    let Ok(file) = File::open(&path) else {
+    let Ok(file) = open_plain(&path, File::options().read(true)) else {
         // Just made, or nearly removed: only an empty folder goes.
         let _ = std::fs::remove_dir(dir);
         return;
     };
-    if try_lock(&file, &path).unwrap_or(false) && is_named(&file, &path) {
-        let _ = fs::remove_dir_all(dir);
+    if matches!(try_lock(&file, &path), Ok(Some(true))) && is_named(&file, &path) {
+        discard(dir);
     }
 }
 

@@ -27,7 +27,7 @@ mod workers;
 pub use budget::{Budget, Lease};
 pub use counters::{Counters, IoCount};
 pub use file::DataFile;
-pub use lock::{Lock, TempFolder, Tried, sweep};
+pub use lock::{Lock, TempFolder, Tried, discard, discard_dead, sweep};
 pub use lost::report_long_files;
 pub use progress::{NoProgress, Progress};
 pub use scratch::{Scratch, ScratchFile};

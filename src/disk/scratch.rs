@@ -26,6 +26,10 @@ struct Inner {
     /// The journal, where files have names.
     journal: Option<PathBuf>,
     pinned: Mutex<Vec<Arc<Named>>>,
+    /// Held by the thread that gives the journal up.
+    giving_up: Mutex<()>,
+    /// How often that was done.
+    given_up: AtomicU64,
 }
 
 /// The name of a scratch file, and what became of it.
@@ -53,6 +57,11 @@ impl Named {
     /// Its path.
     pub(super) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// From now on it is kept as it is.
+    pub(super) fn pin(&self) {
+        self.fate().pinned = true;
     }
 
     fn fate(&self) -> MutexGuard<'_, Fate> {
@@ -92,14 +101,18 @@ impl Scratch {
     /// The same with files that have names, for a process that keeps its journal at `journal`.
     ///
     /// # Errors
-    /// [`Error::Usage`] when `dirs` is empty.
+    /// [`Error::Usage`] when `dirs` is empty, [`Error::Io`] when one cannot be found.
     pub fn named(
         dirs: &[PathBuf],
         limit: u64,
         io: &Arc<Counters>,
         journal: &Path,
     ) -> Result<Scratch> {
-        Scratch::with(dirs, limit, io, Some(journal.to_owned()))
+        // One spelling of each name, whatever folder a later process is started in: what is kept is
+        // told from what is swept by its path.
+        let real = |dir: &PathBuf| fs::canonicalize(dir).map_err(|e| Error::io(dir, "find it", e));
+        let dirs = dirs.iter().map(real).collect::<Result<Vec<PathBuf>>>()?;
+        Scratch::with(&dirs, limit, io, Some(journal.to_owned()))
     }
 
     fn with(
@@ -122,6 +135,8 @@ impl Scratch {
             io: Arc::clone(io),
             journal,
             pinned: Mutex::default(),
+            giving_up: Mutex::default(),
+            given_up: AtomicU64::new(0),
         })))
     }
 
@@ -201,12 +216,26 @@ impl Scratch {
 
     /// Gives up going on from the journal, for the space that it takes. False when none does.
     fn give_up(&self) -> bool {
+        let before = self.0.given_up.load(Ordering::Relaxed);
+        let _one = self
+            .0
+            .giving_up
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if self.0.given_up.load(Ordering::Relaxed) != before {
+            // Another thread has, while this one waited.
+            return true;
+        }
         let waits = |named: &Arc<Named>| named.fate().dropped.is_some();
         let any = self.pinned().iter().any(waits);
         if let (true, Some(journal)) = (any, &self.0.journal) {
             // The journal first: it must not outlive what it names.
             if std::fs::remove_file(journal).is_ok() {
+                if let Some(dir) = journal.parent() {
+                    let _ = fs::sync_dir(dir);
+                }
                 self.pin(Vec::new());
+                self.0.given_up.fetch_add(1, Ordering::Relaxed);
                 return true;
             }
         }

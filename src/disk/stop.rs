@@ -9,6 +9,7 @@
 //!
 //! Memory: a path for each temporary file or folder that exists. I/O: none.
 
+use super::lock::discard;
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicI32, Ordering};
@@ -73,6 +74,8 @@ pub fn remove_fleeting() {
             continue;
         }
         // Best effort: what stays is recognised by the next run there.
-        let _ = std::fs::remove_file(&path).or_else(|_| std::fs::remove_dir_all(&path));
+        if std::fs::remove_file(&path).is_err() {
+            discard(&path);
+        }
     }
 }

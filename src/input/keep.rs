@@ -4,7 +4,6 @@ use super::{CoordArray, CoordKind, Endian, IndexArray, IndexKind, Mesh, Source, 
 use crate::disk::DataFile;
 use crate::disk::journal::{Keep, Pen, Reader};
 use crate::error::{Error, Result};
-use std::path::Path;
 
 const INDICES: [IndexKind; 4] = [IndexKind::U4, IndexKind::U8, IndexKind::I4, IndexKind::I8];
 const COORDS: [CoordKind; 2] = [CoordKind::F4, CoordKind::F8];
@@ -29,7 +28,7 @@ impl Keep for Source {
             }
             Source::Named(file) => {
                 to.number(0)?;
-                to.text(&file.path().to_string_lossy())
+                to.path(file.path())
             }
         }
     }
@@ -38,8 +37,8 @@ impl Keep for Source {
         if from.number()? == 1 {
             return Ok(Source::Scratch(from.file()?));
         }
-        let path = from.text()?;
-        Ok(Source::Named(DataFile::open(Path::new(&path), &from.io)?))
+        let path = from.path()?;
+        Ok(Source::Named(DataFile::open(&path, &from.io)?))
     }
 }
 

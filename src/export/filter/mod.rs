@@ -98,7 +98,11 @@ pub fn filter(ws: &Workspace, folder: &Folder, request: &FilterRequest) -> Resul
     let staging = Staging::new(
         &request.target,
         request.force,
-        Former::Remove,
+        if request.force {
+            Former::Remove
+        } else {
+            Former::Refuse
+        },
         &[folder.path()],
     )?;
     let Some(mut chosen) = select::choose(ws, folder, &request.selection)? else {
@@ -196,7 +200,7 @@ impl Job<'_> {
     }
 
     /// Sums, manifest, sync, rename.
-    fn seal<I: Index>(self, mut files: Vec<OutArray>, counts: Counts) -> Result<Manifest> {
+    fn seal<I: Index>(mut self, mut files: Vec<OutArray>, counts: Counts) -> Result<Manifest> {
         let ws = self.ws;
         files.sort_by_key(|f| f.name);
         let warm: Vec<(&DataFile, &WarmSums)> = files.iter().map(|f| (&f.file, &f.sums)).collect();

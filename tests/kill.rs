@@ -1,0 +1,447 @@
+//! A build is killed at many points of its run and gone on with: the target is never there in part,
+//! and the finished folder has the bytes of one that nobody killed. Signals that ask, builds at the
+//! same time, and what the dead leave.
+
+use clap::Parser;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_cornermill");
+
+fn make(dir: &Path, words: &str, name: &str) {
+    let out = dir.join(name);
+    let words = ["data-gen"].into_iter().chain(words.split(' '));
+    let words = words
+        .map(Into::into)
+        .chain(["-o".into(), out.into_os_string()]);
+    let args = data_gen::Args::try_parse_from(words).expect("arguments");
+    data_gen::args::run(&args).expect("a mesh");
+}
+
+fn build(dir: &Path, out: &str, args: &[&str], more: &[&str]) -> Command {
+    let mut command = Command::new(PROGRAM);
+    command
+        .current_dir(dir)
+        .args([
+            "build",
+            "-o",
+            out,
+            "-q",
+            "--progress",
+            "none",
+            "--memory",
+            "24MiB",
+        ])
+        .args(["--threads", "2", "--checkpoint", "0"])
+        .args(args)
+        .args(more)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
+    command
+}
+
+/// Bytes that a process has written so far.
+fn written(child: &Child) -> Option<u64> {
+    let text = fs::read_to_string(format!("/proc/{}/io", child.id())).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("wchar: "))?;
+    line.parse().ok()
+}
+
+/// Kills a process once it has written so much; true when it was still alive.
+fn kill_at(mut child: Child, bytes: u64) -> bool {
+    loop {
+        if child.try_wait().expect("a child").is_some() {
+            return false;
+        }
+        if written(&child).is_some_and(|now| now >= bytes) {
+            child.kill().expect("a child");
+            return !child.wait().expect("a child").success();
+        }
+        std::thread::yield_now();
+    }
+}
+
+fn same(dir: &Path, a: &str, b: &str) {
+    let list = |name: &str| {
+        let entries = fs::read_dir(dir.join(name)).expect("a folder");
+        let mut names: Vec<_> = entries.map(|e| e.expect("an entry").file_name()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(list(a), list(b));
+    for name in list(a) {
+        let read = |folder: &str| fs::read(dir.join(folder).join(&name)).expect("a file");
+        assert!(read(a) == read(b), "{name:?} differs");
+    }
+}
+
+/// Kills builds at so many points, each gone on with; returns how many were resumed.
+fn kills(dir: &Path, args: &[&str], points: u64) -> u64 {
+    let whole = build(dir, "whole.ct", args, &["--force"])
+        .spawn()
+        .expect("a build");
+    let mut child = whole;
+    let mut total = 0;
+    while child.try_wait().expect("a child").is_none() {
+        total = written(&child).unwrap_or(0).max(total);
+    }
+    assert!(child.wait().expect("a child").success());
+    let mut resumed = 0;
+    for point in 0..points {
+        let out = "killed.ct";
+        let bytes = total * (point + 1) / (points + 1);
+        let alive = kill_at(build(dir, out, args, &[]).spawn().expect("a build"), bytes);
+        let state = dir.join(".killed.ct.partial/state");
+        if dir.join(out).exists() {
+            same(dir, "whole.ct", out);
+        } else {
+            resumed += u64::from(alive && state.is_file());
+            if point % 3 == 0 {
+                // Killed again while it goes on.
+                let again = build(dir, out, args, &["--resume"])
+                    .spawn()
+                    .expect("a build");
+                kill_at(again, total / 5);
+            }
+            if !dir.join(out).exists() {
+                let done = build(dir, out, args, &["--resume"])
+                    .output()
+                    .expect("a build");
+                assert!(done.status.success(), "point {point}: {done:?}");
+            }
+            same(dir, "whole.ct", out);
+        }
+        fs::remove_dir_all(dir.join(out)).expect("a folder");
+        // Killed between the name and the end, the working folder may stay for the next.
+        let _ = fs::remove_dir_all(dir.join(".killed.ct.partial"));
+    }
+    resumed
+}
+
+#[test]
+fn killed_anywhere_and_resumed_it_is_the_same() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let dir = dir.path();
+    make(dir, "sphere -t 200k --flip 0.3", "coherent.npy");
+    for name in ["shuffled.npy", "shuffled.ply", "shuffled.stl"] {
+        make(dir, "sphere -t 200k --order shuffle --flip 0.3", name);
+    }
+    let cases: [&[&str]; 5] = [
+        &["coherent.npy", "--positions", "coherent.G.npy"],
+        &[
+            "shuffled.npy",
+            "--positions",
+            "shuffled.G.npy",
+            "--strategy",
+            "by-place",
+        ],
+        &[
+            "shuffled.npy",
+            "--positions",
+            "shuffled.G.npy",
+            "--strategy",
+            "contract",
+        ],
+        &["shuffled.ply", "--strategy", "by-id"],
+        &["shuffled.stl", "--strategy", "memory"],
+    ];
+    let resumed: Vec<u64> = cases.iter().map(|args| kills(dir, args, 20)).collect();
+    let all: u64 = resumed.iter().sum();
+    assert!(all >= 60, "resumed of 20 each: {resumed:?}");
+}
+
+#[test]
+fn a_folder_that_is_replaced_is_the_old_one_or_the_new() {
+    use std::os::unix::fs::MetadataExt;
+    let dir = tempfile::tempdir().expect("a folder");
+    let dir = dir.path();
+    make(dir, "sphere -t 50k --order shuffle --flip 0.3", "m.ply");
+    let done = |out: &str, more: &[&str]| {
+        let done = build(dir, out, &["m.ply"], more).output().expect("a build");
+        assert!(done.status.success(), "{done:?}");
+    };
+    done("old.ct", &["--orient", "keep"]);
+    done("whole.ct", &[]);
+    let inode = || fs::metadata(dir.join("m.ct")).map_or(0, |meta| meta.ino());
+    let (mut before, mut behind) = (0, 0);
+    for point in 0..30 {
+        done("m.ct", &["--orient", "keep", "--force"]);
+        let old = inode();
+        let mut child = build(dir, "m.ct", &["m.ply"], &["--force"])
+            .spawn()
+            .expect("a build");
+        // At moments spread over the run, and as soon as the name is another folder's.
+        if point % 2 == 0 {
+            before += u64::from(kill_at(child, point * 200_000));
+        } else {
+            behind += u64::from(wait_for(&mut child, || inode() != old));
+            child.kill().expect("a child");
+            child.wait().expect("a child");
+        }
+        let now = if inode() == old { "old.ct" } else { "whole.ct" };
+        same(dir, now, "m.ct");
+        done("m.ct", &["--force", "--resume"]);
+        same(dir, "whole.ct", "m.ct");
+        assert_eq!(
+            names(dir),
+            ["m.ct", "m.ply", "m.ply.json", "old.ct", "whole.ct"]
+        );
+    }
+    assert!(before > 4 && behind > 4, "{before} before, {behind} behind");
+}
+
+#[test]
+fn scratch_elsewhere_is_found_again_and_nothing_of_others_is_touched() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let dir = dir.path();
+    make(dir, "sphere -t 200k --order shuffle --flip 0.3", "m.ply");
+    let done = build(dir, "whole.ct", &["m.ply"], &[])
+        .output()
+        .expect("a build");
+    assert!(done.status.success(), "{done:?}");
+    for name in ["one", "two", "precious"] {
+        fs::create_dir(dir.join(name)).expect("a folder");
+    }
+    fs::write(dir.join("precious/data"), "mine").expect("a file");
+    let state = dir.join(".m.ct.partial/state");
+    let stop = |tmp: &str| {
+        let mut child = build(dir, "m.ct", &["m.ply"], &["--tmp", tmp, "--tmp", tmp])
+            .spawn()
+            .expect("a build");
+        assert!(wait_for(&mut child, || state.is_file()), "ended too soon");
+        child.kill().expect("a child");
+        child.wait().expect("a child");
+        assert_eq!(names(&dir.join(tmp)).len(), 1);
+    };
+    let run = |args: &[&str], code: i32, part: &str| {
+        let done = build(dir, "m.ct", &["m.ply"], args)
+            .output()
+            .expect("a build");
+        let text = String::from_utf8_lossy(&done.stderr);
+        assert_eq!(done.status.code(), Some(code), "{text}");
+        assert!(text.contains(part), "{text}");
+    };
+    stop("one");
+    run(&["--resume", "--tmp", "two"], 2, "--tmp");
+    assert!(names(&dir.join("two")).is_empty());
+    // From another working folder, by other names of the same.
+    let done = Command::new(PROGRAM)
+        .current_dir(dir.join("precious"))
+        .args([
+            "build", "../m.ply", "-o", "../m.ct", "--resume", "-q", "--memory", "24MiB",
+        ])
+        .args([
+            "--threads",
+            "2",
+            "--checkpoint",
+            "0",
+            "--tmp",
+            "../one",
+            "--tmp",
+            "../one",
+        ])
+        .output()
+        .expect("a build");
+    assert!(done.status.success(), "{done:?}");
+    same(dir, "whole.ct", "m.ct");
+    assert!(names(&dir.join("one")).is_empty());
+    fs::remove_dir_all(dir.join("m.ct")).expect("a folder");
+    // Begun anew without the folder: what lies in it goes.
+    stop("one");
+    run(&["--force"], 0, "");
+    assert!(names(&dir.join("one")).is_empty());
+    same(dir, "whole.ct", "m.ct");
+    // Links and folders of others in the way.
+    fs::remove_dir_all(dir.join("m.ct")).expect("a folder");
+    std::os::unix::fs::symlink("precious", dir.join(".m.ct.partial")).expect("a link");
+    run(&[], 2, "is in the way");
+    fs::remove_file(dir.join(".m.ct.partial")).expect("a link");
+    fs::rename(dir.join("precious"), dir.join(".m.ct.partial")).expect("a folder");
+    run(&["--force"], 2, "is in the way");
+    let kept = fs::read_to_string(dir.join(".m.ct.partial/data"));
+    assert_eq!(kept.expect("a file"), "mine");
+}
+
+#[test]
+fn what_changed_is_refused_and_named() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let dir = dir.path();
+    make(dir, "sphere -t 200k --order shuffle", "m.ply");
+    let state = dir.join(".m.ct.partial/state");
+    let child = build(dir, "m.ct", &["m.ply"], &[])
+        .spawn()
+        .expect("a build");
+    let mut child = child;
+    while !state.is_file() && child.try_wait().expect("a child").is_none() {}
+    child.kill().expect("a child");
+    child.wait().expect("a child");
+    assert!(state.is_file());
+    let refused = |args: &[&str], code: i32, part: &str| {
+        let done = build(dir, "m.ct", &["m.ply"], args)
+            .output()
+            .expect("a build");
+        let text = String::from_utf8_lossy(&done.stderr);
+        assert_eq!(done.status.code(), Some(code), "{text}");
+        assert!(text.contains(part), "{text}");
+        assert!(state.is_file());
+    };
+    refused(&[], 2, "--resume goes on, --force begins anew");
+    refused(
+        &["--resume", "--orient", "keep"],
+        2,
+        "--orient was outward, and is keep",
+    );
+    // A scratch file that is shorter than it was.
+    let scratch = fs::read_dir(dir.join(".m.ct.partial/scratch")).expect("a folder");
+    let mut files: Vec<_> = scratch.map(|e| e.expect("an entry").path()).collect();
+    files.sort();
+    let bytes = fs::read(&files[0]).expect("a file");
+    fs::write(&files[0], &bytes[1..]).expect("a file");
+    refused(&["--resume"], 3, "bytes that the journal knows");
+    fs::write(&files[0], &bytes).expect("a file");
+    let mut mesh = fs::read(dir.join("m.ply")).expect("a mesh");
+    *mesh.last_mut().expect("a byte") ^= 1;
+    fs::write(dir.join("m.ply"), mesh).expect("a mesh");
+    refused(&["--resume"], 2, "the input");
+}
+
+/// Waits until something of the process is there; false when it ended before.
+fn wait_for(child: &mut Child, there: impl Fn() -> bool) -> bool {
+    while child.try_wait().expect("a child").is_none() {
+        if there() {
+            return true;
+        }
+        std::thread::yield_now();
+    }
+    false
+}
+
+fn signal(child: &Child, name: &str) {
+    let sent = Command::new("kill")
+        .arg(name)
+        .arg(child.id().to_string())
+        .status();
+    assert!(sent.expect("kill runs").success());
+}
+
+fn names(dir: &Path) -> Vec<String> {
+    let entries = fs::read_dir(dir).expect("a folder").flatten();
+    let mut names: Vec<String> = entries
+        .map(|e| e.file_name().to_string_lossy().into())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn builds_stop_when_asked_and_say_how_to_go_on() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let dir = dir.path();
+    make(dir, "sphere -t 500k --order shuffle --flip 0.3", "m.ply");
+    let whole = build(dir, "whole.ct", &["m.ply"], &[])
+        .output()
+        .expect("a build");
+    assert!(whole.status.success());
+    let state = dir.join(".m.ct.partial/state");
+    for (name, code) in [("-INT", 130), ("-TERM", 143)] {
+        let mut child = build(dir, "m.ct", &["m.ply"], &[])
+            .spawn()
+            .expect("a build");
+        assert!(
+            wait_for(&mut child, || state.is_file()),
+            "ended before it was asked to"
+        );
+        signal(&child, name);
+        let done = child.wait_with_output().expect("a child");
+        let text = String::from_utf8_lossy(&done.stderr);
+        assert_eq!(done.status.code(), Some(code), "{text}");
+        assert!(
+            text.contains("is kept; to go on: ") && text.contains("--resume"),
+            "{text}"
+        );
+        assert!(!dir.join("m.ct").exists() && state.is_file());
+        let done = build(dir, "m.ct", &["m.ply"], &["--resume"])
+            .output()
+            .expect("a build");
+        assert!(done.status.success(), "{done:?}");
+        same(dir, "whole.ct", "m.ct");
+        fs::remove_dir_all(dir.join("m.ct")).expect("a folder");
+        assert_eq!(names(dir), ["m.ply", "m.ply.json", "whole.ct"]);
+    }
+}
+
+#[test]
+fn a_second_build_of_a_target_is_refused_while_the_first_lives() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let dir = dir.path();
+    make(dir, "sphere -t 1k", "m.ply");
+    // It waits for a mesh that never comes.
+    let mut first = build(dir, "m.ct", &["-"], &[])
+        .stdin(Stdio::piped())
+        .spawn()
+        .expect("a build");
+    let lock = dir.join(".m.ct.partial/lock");
+    let held = || fs::read_to_string(&lock).is_ok_and(|text| text.ends_with('\n'));
+    assert!(wait_for(&mut first, held));
+    for more in [&[][..], &["--force"], &["--resume"]] {
+        let done = build(dir, "m.ct", &["m.ply"], more)
+            .output()
+            .expect("a build");
+        let text = String::from_utf8_lossy(&done.stderr);
+        assert_eq!(done.status.code(), Some(2), "{text}");
+        assert!(
+            text.contains(&format!("process {} is at work", first.id())),
+            "{text}"
+        );
+    }
+    first.kill().expect("a child");
+    first.wait().expect("a child");
+    let done = build(dir, "m.ct", &["m.ply"], &[])
+        .output()
+        .expect("a build");
+    assert!(done.status.success(), "{done:?}");
+    assert_eq!(names(dir), ["m.ct", "m.ply", "m.ply.json"]);
+}
+
+#[test]
+fn other_commands_leave_nothing_and_the_next_takes_what_the_dead_left() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let dir = dir.path();
+    make(dir, "sphere -t 500k", "m.npy");
+    let args = ["m.npy", "--positions", "m.G.npy"];
+    let done = build(dir, "m.ct", &args, &[]).output().expect("a build");
+    assert!(done.status.success(), "{done:?}");
+    let before = names(dir);
+    let encode = || {
+        let mut command = Command::new(PROGRAM);
+        command.current_dir(dir).args([
+            "encode", "m.ct", "-o", "m.cmz", "--level", "strong", "--bits", "14", "-q",
+        ]);
+        command.stderr(Stdio::piped());
+        command
+    };
+    let at_work = || {
+        names(dir)
+            .iter()
+            .any(|name| name.starts_with(".cornermill-"))
+    };
+    for (name, code) in [("-INT", 130), ("-TERM", 143)] {
+        let mut child = encode().spawn().expect("encode runs");
+        assert!(
+            wait_for(&mut child, at_work),
+            "ended before it was asked to"
+        );
+        signal(&child, name);
+        let done = child.wait_with_output().expect("a child");
+        assert_eq!(done.status.code(), Some(code), "{done:?}");
+        assert_eq!(names(dir), before);
+    }
+    let mut child = encode().spawn().expect("encode runs");
+    assert!(wait_for(&mut child, at_work), "ended before it was killed");
+    child.kill().expect("a child");
+    child.wait().expect("a child");
+    assert!(at_work(), "nothing is left to find");
+    assert!(encode().output().expect("encode runs").status.success());
+    assert!(!at_work(), "{:?}", names(dir));
+}
