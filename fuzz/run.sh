@@ -23,8 +23,9 @@ code=0
     -artifact_prefix="artifacts/$target/" -timeout=30 -rss_limit_mb=2048 -max_len=6000 -print_final_stats=1 "$@" >"$log" 2>&1 || code=$?
 grep -aE '^(SUMMARY|thread|  left|  right|Test unit|artifact_prefix)|panicked' -A2 "$log" | head -40 || true
 stat() { sed -n "s/^stat::$1: *//p" "$log" | tail -1; }
-cover=$(grep -aoE 'cov: [0-9]+' "$log" | tail -1 | cut -d' ' -f2)
-took=$(grep -aoE 'in [0-9]+ second' "$log" | tail -1 | cut -d' ' -f2)
+# A run that ends with its first input says neither.
+cover=$(grep -aoE 'cov: [0-9]+' "$log" | tail -1 | cut -d' ' -f2 || true)
+took=$(grep -aoE 'in [0-9]+ second' "$log" | tail -1 | cut -d' ' -f2 || true)
 printf '%s\t%s\t%s\t%s\t%s\n' "$target" "${took:-$seconds}" "$(stat number_of_executed_units)" "${cover:-0}" \
     "$([ "$code" = 0 ] && echo none || echo find)" | tee -a runs.tsv
 exit "$code"
