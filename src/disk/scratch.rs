@@ -244,11 +244,10 @@ impl Scratch {
 
     /// Makes the names of the files durable.
     pub(super) fn sync_dirs(&self) -> Result<()> {
-        self.0.dirs.iter().try_for_each(|dir| {
-            std::fs::File::open(dir)
-                .and_then(|dir| dir.sync_all())
-                .map_err(|e| Error::io(dir, "sync the folder", e))
-        })
+        self.0
+            .dirs
+            .iter()
+            .try_for_each(|dir| fs::sync_dir(dir).map_err(|e| Error::io(dir, "sync the folder", e)))
     }
 
     /// Removes all files of the folders but these. Only for folders that are the process's own.
