@@ -97,7 +97,7 @@ def table(rows, titles):
             cells += [ratio(seconds, ours and ours["seconds"]), f"{r['peak_mib']['median']:.0f}", ratio(r["peak_mib"], ours and ours["peak_mib"])]
         else:
             peak = max((run["peak_mib"] for run in r["runs"]), default=0)
-            cells += [WORD.get(r["outcome"], r["outcome"]), "", f"≥ {peak:.0f}", ""]
+            cells += [WORD.get(r["outcome"], r["outcome"]), "", f"≥ {peak:.0f}" if peak else "", ""]
         cells += [mark(r, answer) for answer in ANSWERS] + [r["note"]]
         lines.append("| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |")
     return "\n".join(lines)
