@@ -23,7 +23,7 @@ REAL = {
 
 @dataclass
 class Case:
-    """A mesh to run on; `make` lays its files. A large one is run once, and not by a tool that failed on `smaller`."""
+    """A mesh to run on; `make` lays its files. A large one is run once, if there is hope by what `smaller` took."""
 
     name: str
     order: str
