@@ -12,7 +12,7 @@
 //! at one more place when its tip is linked to; the same exchange of pointers then splits a loop
 //! in two, or joins two loops into one (a handle).
 //!
-//! Memory: 28 bytes for each edge of the border at its longest.
+//! Memory: 32 bytes for each edge of the border at its longest.
 
 use super::NONE;
 
@@ -27,6 +27,8 @@ pub struct Edge {
     pub prev: u32,
     /// The third vertex of the coded triangle at this edge.
     pub apex: u32,
+    /// The vertex behind that triangle: the apex that the gate had through which it was reached.
+    pub far: u32,
     /// The corner of the coded triangle that faces this edge; the encoder's.
     pub corner: u32,
     /// Changes whenever the edge or its successor does; 0 when the edge is gone.
@@ -77,6 +79,7 @@ impl Border {
             next: NONE,
             prev: NONE,
             apex,
+            far: apex,
             corner,
             stamp: self.stamp(),
             open: true,

@@ -9,7 +9,6 @@
 use super::lattice::Lattice;
 use super::mix::Mixed;
 use super::model::{Fast, Model};
-use super::predict::Sets;
 use super::range::{Coder, Decoder, Encoder};
 use super::truth::{Blind, Surface};
 use super::turned::Turned;
@@ -18,12 +17,12 @@ use super::{Damaged, Level, NONE};
 
 /// Bytes a triangle that [`encode`] takes besides its arguments: the turned triangles (26), the
 /// edges that corners face and the marks of what was coded (13), the triangles as coded (12), the
-/// border and the list of its gates (40), the bytes (4).
-pub const TRIANGLE_BYTES: u64 = 95;
+/// border and the list of its gates (44), the bytes (4).
+pub const TRIANGLE_BYTES: u64 = 99;
 /// Bytes a vertex: its number, place, valence, marks, and its coordinates while they are sorted.
 pub const VERTEX_BYTES: u64 = 4 + 16 + 1 + 1 + 8;
 /// Bytes a triangle that [`decode`] takes, its result included.
-pub const DECODE_BYTES: u64 = 140;
+pub const DECODE_BYTES: u64 = 144;
 /// Bytes of the models of either level.
 pub const MODEL_BYTES: u64 = 4 << 20;
 
@@ -75,11 +74,10 @@ fn encode_with<M: Model>(piece: &Piece) -> Result<Coded, Damaged> {
         vertices: used.iter().filter(|u| **u).count(),
         loose: piece.loose.len(),
         turns: turned.turned.contains(&true),
-        sets: Sets::Many,
     };
     let lattice = Lattice::find(&piece.positions, &used);
     drop(used);
-    let (extent, lattice) = choose(piece, &turned, extent, lattice)?;
+    let lattice = choose(piece, &turned, extent, lattice)?;
     let mut surface = Surface::new(&turned, &piece.positions, &piece.loose);
     let mut coder = Encoder::new(Vec::new());
     let mut walk = Walk::<M>::default();
@@ -98,8 +96,7 @@ fn encode_with<M: Model>(piece: &Piece) -> Result<Coded, Damaged> {
 /// Triangles that a choice is tried on.
 const SAMPLE: usize = 1 << 14;
 
-/// What serves best on the first triangles: which sets of weights, and lists of repeated
-/// coordinates or none.
+/// Whether lists of repeated coordinates serve on the first triangles.
 ///
 /// Why so few: what a surface is like shows soon, and each trial costs time. Lists count by the
 /// share of the triangles that the sample is. Trials are compared by bytes, which are the same on
@@ -107,10 +104,14 @@ const SAMPLE: usize = 1 << 14;
 fn choose(
     piece: &Piece,
     turned: &Turned,
-    mut extent: Extent,
+    extent: Extent,
     lattice: Lattice,
-) -> Result<(Extent, Lattice), Damaged> {
-    let trial = |extent: Extent, lattice: &Lattice| -> Result<u64, Damaged> {
+) -> Result<Lattice, Damaged> {
+    let none = Lattice::default();
+    if lattice == none {
+        return Ok(none);
+    }
+    let trial = |lattice: &Lattice| -> Result<u64, Damaged> {
         let mut surface = Surface::new(turned, &piece.positions, &[]);
         let mut walk = Walk::<Fast>::default();
         let mut coder = Encoder::new(Vec::new());
@@ -133,19 +134,8 @@ fn choose(
         let bytes = (coder.finish().len() as u64).saturating_sub(lists);
         Ok(bytes + lists * done / all)
     };
-    let mut best = (u64::MAX, Sets::Many);
-    for sets in Sets::ALL {
-        extent.sets = sets;
-        let bytes = trial(extent, &lattice)?;
-        if bytes < best.0 {
-            best = (bytes, sets);
-        }
-    }
-    extent.sets = best.1;
-    if lattice != Lattice::default() && trial(extent, &Lattice::default())? < best.0 {
-        return Ok((extent, Lattice::default()));
-    }
-    Ok((extent, lattice))
+    let serves = trial(&lattice)? <= trial(&none)?;
+    Ok(if serves { lattice } else { none })
 }
 
 /// Decodes a chunk: its vertices in the order of their numbers.

@@ -355,7 +355,7 @@ fn entry_of(coded: &Coded, piece: &Piece, order: &[u32]) -> Entry {
         degenerate: coded.extent.degenerate as u64,
         vertices: coded.extent.vertices as u64,
         loose: coded.extent.loose as u64,
-        flags: u64::from(coded.extent.turns) | (coded.extent.sets as u64) << 1,
+        turns: u64::from(coded.extent.turns),
         connectivity: coded.split[0].min(coded.bytes.len() as u64),
         ..Entry::default()
     };

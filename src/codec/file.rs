@@ -12,7 +12,6 @@
 
 use super::chunk::Piece;
 use super::grid::Grid;
-use super::predict::Sets;
 use super::walk::Extent;
 use super::{Damaged, Level};
 use crate::disk::{Budget, Counters, DataFile, Lease};
@@ -75,9 +74,8 @@ pub struct Entry {
     pub loose: u64,
     /// Vertices of earlier chunks.
     pub references: u64,
-    /// 1 when triangles are turned against their neighbours, plus twice the number of the sets of
-    /// weights.
-    pub flags: u64,
+    /// 1 when triangles are turned against their neighbours.
+    pub turns: u64,
     /// About how many of its bytes are connectivity; the rest are positions.
     pub connectivity: u64,
     /// Least integer coordinates.
@@ -150,8 +148,7 @@ impl Entry {
             degenerate: self.degenerate as usize,
             vertices: self.vertices as usize,
             loose: self.loose as usize,
-            turns: self.flags & 1 == 1,
-            sets: Sets::ALL[(self.flags as usize >> 1).min(Sets::ALL.len() - 1)],
+            turns: self.turns == 1,
         }
     }
 
@@ -180,7 +177,7 @@ impl Entry {
             && self.vertices <= 3 * self.all_triangles() + self.loose
             && self.loose <= self.vertices
             && self.references <= self.vertices
-            && self.flags < 2 * Sets::ALL.len() as u64
+            && self.turns <= 1
             && self.connectivity <= self.bytes
     }
 }

@@ -5,7 +5,7 @@
 //! gradient of its cost, so that the contexts that serve in a kind of decision come to decide
 //! it. Two sets of weights, chosen in two ways, are averaged.
 //!
-//! Memory: 2.3 MiB for cells, 240 KiB for weights. Integers only: stretch and squash are tables
+//! Memory: 2.6 MiB for cells, 240 KiB for weights. Integers only: stretch and squash are tables
 //! made of integers.
 
 use super::model::{Cell, Contexts, FAMILIES, Family, KINS, MORE, Model};

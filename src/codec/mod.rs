@@ -18,6 +18,7 @@
 //! Memory: a chunk has at most 2^20 triangles, so each thread holds a bounded piece; fewer threads
 //! run when the budget has no room for all. `docs/format.md` specifies the file.
 
+pub mod around;
 pub mod border;
 pub mod chunk;
 mod deal;

@@ -84,7 +84,7 @@ pub const BACK: Family = family(Some(LINK), 2, NUMBER_BINS);
 /// Coordinates that nothing predicts.
 pub const LONE: Family = family(Some(BACK), 6, NUMBER_BINS);
 /// Residuals of predicted coordinates.
-pub const RESIDUAL: Family = family(Some(LONE), 3 * 64, NUMBER_BINS);
+pub const RESIDUAL: Family = family(Some(LONE), 4 * 3 * 64, NUMBER_BINS);
 /// Is a coordinate one of those that repeat?
 pub const LISTED: Family = family(Some(RESIDUAL), 3 * 3 * 8 * 8, 1);
 /// Which of them it is, from the one nearest to the prediction.

@@ -3,9 +3,10 @@
 //! Memory: 16 bytes a vertex.
 
 use super::Damaged;
+use super::around::Around;
 use super::lattice::Lattice;
 use super::model::{self, Contexts, Model};
-use super::predict::{Around, FINE, Predictor};
+use super::predict::{FINE, Predictor};
 use super::range::Coder;
 use super::spread::{ROUGH, Shape, Spreads};
 use super::vec::{Vec3, add, dot, excess, log4, reach, shift, sub};
@@ -23,8 +24,7 @@ struct Place {
 #[derive(Debug, Default)]
 pub struct Places {
     places: Vec<Place>,
-    /// Expects places; the encoder chooses its sets.
-    pub predictor: Predictor,
+    predictor: Predictor,
     spreads: Spreads,
     /// Coordinates that repeat.
     pub lattice: Lattice,
@@ -34,14 +34,6 @@ pub struct Places {
 
 /// The middle level of roughness, for vertices that nothing predicted.
 const UNKNOWN: u8 = ROUGH as u8 / 2;
-
-impl Around {
-    /// The tip of the parallelogram at the gate, within what coordinates can be.
-    pub fn guess_of_parallelogram(&self) -> [i32; 3] {
-        sub(add(self.a, self.b), self.apex)
-            .map(|x| x.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32)
-    }
-}
 
 impl Places {
     /// Makes room for so many vertices.
@@ -71,8 +63,14 @@ impl Places {
         self.places[v].at
     }
 
-    /// The neighbourhood of a new vertex: a, b, c, z, and the apexes at the gate, right, left.
-    pub fn around(&self, [a, b, c, z, d, y]: [u32; 6], [apex, right, left]: [u32; 3]) -> Surround {
+    /// The neighbourhood of a new vertex: the border about the gate, the apexes at the gate, right,
+    /// left, and the vertices behind those triangles.
+    pub fn around(
+        &self,
+        [a, b, c, z, d, y]: [u32; 6],
+        [apex, right, left]: [u32; 3],
+        far: [u32; 3],
+    ) -> Surround {
         let listed = [apex, a, b]
             .into_iter()
             .fold(0, |m, v| m << 3 | u32::from(self.places[v as usize].listed));
@@ -88,6 +86,7 @@ impl Places {
                 apex: self.at(apex),
                 right: self.at(right),
                 left: self.at(left),
+                far: far.map(|v| self.at(v)),
                 class: 0,
                 bends: [0; 2],
             },
@@ -143,9 +142,12 @@ impl Places {
     ) -> Result<(), Damaged> {
         let before = coder.spent();
         let around = &surround.around;
-        let guess = self.predictor.guess(around);
+        let expected = self.predictor.guess(around);
+        let guess = expected.place;
         let tips = around.tips().map(|tip| sub(tip.map(|x| x << FINE), guess));
-        let shape = self.spreads.shape(around, surround.rough);
+        let shape = self
+            .spreads
+            .shape(around, expected.agreement, surround.rough);
         let mut innovation = [0; 3];
         let mut at = [0; 3];
         let mut missed = [0; 3];
@@ -195,7 +197,7 @@ impl Places {
             let off = log4(innovation[k].unsigned_abs()) * 2 - log;
             past = past << 3 | ((off + 16) / 6).clamp(0, 7) as u32;
         }
-        self.predictor.learn(around, at.map(i64::from));
+        self.predictor.learn(&expected, at.map(i64::from));
         self.spreads.learn(&shape, missed);
         if let Some(last) = self.places.last_mut() {
             *last = Place {
@@ -348,7 +350,9 @@ fn contexts<M: Model>(
     views: [u32; 2],
 ) -> Contexts {
     let bucket = ((log - 48) / 4).clamp(0, 63) as u32;
-    let (main, kin) = (k as u32 * 64 + bucket, 0);
+    // How far the axis before missed, by what was expected of it: less, as far, more.
+    let before = if k == 0 { 0 } else { ((past & 7) + 2) / 3 };
+    let (main, kin) = ((before * 3 + k as u32) * 64 + bucket, 0);
     if !M::MIXES {
         return Contexts {
             main,

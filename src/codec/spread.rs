@@ -8,15 +8,16 @@
 //! The axis nearest to the normal comes last: what it misses then follows almost from the others.
 //! Integer coordinates are thus coded along their own axes, with nothing lost to rounding.
 //!
-//! Memory: some kilobytes.
+//! Memory: 32 bytes a track, 58 KB in all.
 
-use super::predict::{Around, FINE};
-use super::vec::{UNIT, Vec3, add, cross, dot, excess, log_square, reach, shift, sub, unit};
+use super::around::{Agreement, Around, PAIRS};
+use super::predict::FINE;
+use super::vec::{UNIT, Vec3, add, cross, dot, excess, log4, reach, shift, sub, unit};
 
 /// How the last vertices around missed, in levels.
 pub const ROUGH: usize = 12;
-/// Levels of how far parallelograms disagree.
-const DISSENT: usize = 8;
+/// Levels of how far the parallelograms that agree best are apart.
+const APART: usize = 8;
 /// Bits of a fraction of a tracked mean square.
 const SQUARE: u32 = 24;
 /// Bits of a factor in the elimination.
@@ -61,14 +62,14 @@ impl Default for Spreads {
             seen: 0,
         };
         Spreads {
-            tracks: vec![fresh; 4 * ROUGH * DISSENT],
+            tracks: vec![fresh; PAIRS * APART * ROUGH],
         }
     }
 }
 
 impl Spreads {
     /// What is expected around here.
-    pub fn shape(&self, around: &Around, rough: usize) -> Shape {
+    pub fn shape(&self, around: &Around, agreement: Agreement, rough: usize) -> Shape {
         let along = sub(around.b, around.a);
         let (to_a, to_b) = (sub(around.apex, around.a), sub(around.apex, around.b));
         let widest = reach(along) | reach(to_a) | reach(to_b);
@@ -76,8 +77,11 @@ impl Spreads {
         let square = |v: Vec3| dot(shift(v, down), shift(v, down)) as u64;
         let small = (square(along) + square(to_a) + square(to_b)).max(1);
         let frame = frame(around);
-        let dissent = dissent(around, super::vec::log4(small) + 8 * down as i32);
-        let track = (around.class * DISSENT + dissent) * ROUGH + rough;
+        // Where parallelograms disagree the surface is bent, or its triangles are irregular, and
+        // the guess is worse.
+        let apart = agreement.apart - log4(small) - 8 * down as i32;
+        let apart = ((apart + 48) / 8).clamp(0, APART as i32 - 1) as usize;
+        let track = (agreement.pair * APART + apart) * ROUGH + rough;
         let mean = self.tracks[track].mean;
         // Variances in squared 256ths, within ROOM bits: 2^`up` of them is one.
         let full = mean.map(|m| (m as u128 * u128::from(small)) >> (SQUARE - 2 * FINE));
@@ -109,8 +113,7 @@ impl Spreads {
         let rest = at(2, 1) - ((f20 * at(1, 0)) >> FACTOR);
         let f21 = factor(rest, d1);
         let d2 = at(2, 2) - ((f20 * at(2, 0)) >> FACTOR) - ((f21 * rest) >> FACTOR);
-        let logs =
-            [d0, d1, d2.max(rounding + 1)].map(|d| super::vec::log4(d as u64) + 4 * up as i32);
+        let logs = [d0, d1, d2.max(rounding + 1)].map(|d| log4(d as u64) + 4 * up as i32);
         Shape {
             axes,
             factors: [f10, f20, f21],
@@ -156,22 +159,6 @@ impl Shape {
             _ => part(f20, innovation[0]) + part(f21, innovation[1]),
         }
     }
-}
-
-/// How far the parallelograms that touch the tip are from each other for a triangle of this size,
-/// in levels: where they disagree, the surface is bent, and the guess is worse.
-fn dissent(around: &Around, size: i32) -> usize {
-    let [tip, right, left] = around.tips();
-    let apart = |p: Vec3, q: Vec3| log_square(sub(p, q));
-    let most = match around.class {
-        0 => apart(tip, right).min(apart(tip, left)),
-        1 => apart(tip, left),
-        2 => apart(tip, right),
-        _ => apart(tip, right)
-            .max(apart(tip, left))
-            .max(apart(left, right)),
-    };
-    ((most - size + 48) / 8).clamp(0, DISSENT as i32 - 1) as usize
 }
 
 /// Along the gate, across it, and along the normal of the triangles around.

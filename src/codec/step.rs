@@ -59,7 +59,8 @@ impl<M: Model> Walk<M> {
     /// An edge of the border is now that of another triangle.
     fn renew(&mut self, e: u32, org: u32, apex: u32, corner: u32, truth: &mut impl Truth) {
         let edge = &mut self.border[e];
-        (edge.org, edge.apex, edge.corner) = (org, apex, corner);
+        (edge.org, edge.far) = (org, edge.apex);
+        (edge.apex, edge.corner) = (apex, corner);
         (edge.not_left, edge.not_right) = (false, false);
         let (n, p) = (edge.next, edge.prev);
         self.border[n].not_left = false;
@@ -145,6 +146,7 @@ impl<M: Model> Walk<M> {
         let (a, b) = (self.border[e].org, self.border[n].org);
         self.emit([v, b, a], x, truth, coder)?;
         let f = self.border.add(v, a, prev(x));
+        self.border[f].far = self.border[e].apex;
         truth.faces(prev(x), f);
         self.border.join(e, f);
         self.border.join(f, n);
@@ -169,10 +171,10 @@ impl<M: Model> Walk<M> {
         let (n, p) = (edge.next, edge.prev);
         let (a, b) = (edge.org, self.border[n].org);
         let (gap_right, gap_left) = (self.gap_right(e), self.gap_left(e));
-        let mut around = self.places.around(
-            self.row(e),
-            [edge.apex, self.border[n].apex, self.border[p].apex],
-        );
+        let edges = [edge, self.border[n], self.border[p]];
+        let mut around =
+            self.places
+                .around(self.row(e), edges.map(|e| e.apex), edges.map(|e| e.far));
         let bend = |gap: u32| usize::from(gap > 9) + usize::from(gap > 14);
         around.bends = [bend(gap_right), bend(gap_left)];
         let right = self.ear_contexts(gap_right, b, a, e);
@@ -288,6 +290,7 @@ impl<M: Model> Walk<M> {
         self.border.join(e, m);
         self.border[before].not_right = false;
         self.renew(f, v, a, prev(x), truth);
+        self.border[f].far = self.border[e].apex;
         self.renew(e, a, b, next(x), truth);
         let p = self.border[e].prev;
         [p, e, before, f].iter().for_each(|&e| self.touch(e));

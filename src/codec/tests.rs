@@ -1,7 +1,6 @@
 //! Pieces of every sort, there and back at both levels; streams that no encoder wrote.
 
 use super::chunk::{Piece, decode, encode, order};
-use super::predict::Sets;
 use super::walk::Extent;
 use super::{Level, NONE};
 use proptest::prelude::*;
@@ -146,6 +145,41 @@ fn handles_cost_little_and_regular_connectivity_nothing() {
     assert!(sizes[0] < torus.len() / 20, "{sizes:?}");
 }
 
+/// What the positions of a smooth relief cost, whose vertices lie about on a grid, with some
+/// diagonals of its quads turned.
+fn relief(turned: impl Fn(u32) -> bool) -> u64 {
+    const SIDE: u32 = 64;
+    let noise =
+        |k: u32, n: u64| ((u64::from(k).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) % n) as i32;
+    let mut relief = Piece::default();
+    for a in 0..SIDE * SIDE {
+        let (x, y) = ((a % SIDE) as i32, (a / SIDE) as i32);
+        relief.positions.push([
+            100 * x + noise(7 * a + 1, 5),
+            100 * y + noise(7 * a + 2, 5),
+            (x * x + 2 * y * y - x * y) / 2 + noise(7 * a + 3, 3),
+        ]);
+        let (b, c, d) = (a + 1, a + SIDE + 1, a + SIDE);
+        if b % SIDE == 0 || d >= SIDE * SIDE {
+            continue;
+        }
+        relief.triangles.extend(if turned(a) {
+            [[a, b, d], [b, c, d]]
+        } else {
+            [[a, b, c], [a, c, d]]
+        });
+    }
+    encode(&relief, Level::Fast).unwrap().split[1]
+}
+
+#[test]
+fn positions_cost_about_the_same_however_diagonals_run() {
+    let regular = relief(|_| false);
+    let irregular = relief(|a| u64::from(a).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40 & 1 == 1);
+    // One mean of all parallelograms would take 22 in a hundred more, the two that agree take 16.
+    assert!(irregular * 5 < regular * 6, "{irregular} for {regular}");
+}
+
 #[test]
 fn coordinates_that_repeat_are_found() {
     // A terrain: two lattice axes, whole heights that the grid's step spreads out.
@@ -182,9 +216,8 @@ proptest! {
         vertices in 0usize..300,
         loose in 0usize..9,
         turns in any::<bool>(),
-        sets in 0usize..4,
     ) {
-        let extent = Extent { triangles, degenerate, vertices, loose, turns, sets: Sets::ALL[sets] };
+        let extent = Extent { triangles, degenerate, vertices, loose, turns };
         for level in LEVELS {
             if let Ok(back) = decode(&bytes, extent, level) {
                 prop_assert_eq!(back.triangles.len(), triangles + degenerate);

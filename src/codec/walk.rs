@@ -16,13 +16,12 @@
 //! tip where the bend is sharp, and a new vertex has coded triangles on two sides where it is not:
 //! the fan is followed to the right and left before the new vertex's position is coded.
 //!
-//! Memory: 17 bytes a vertex, 12 a triangle for the result, 28 and at most 24 more for each edge
+//! Memory: 17 bytes a vertex, 12 a triangle for the result, 32 and at most 24 more for each edge
 //! of the border and each change of it that is still listed. O(1) time a triangle, but for links.
 
 use super::border::Border;
 use super::model::{self, Contexts, Model};
 use super::place::Places;
-use super::predict::Sets;
 use super::range::Coder;
 use super::truth::{Truth, next, prev};
 use super::vec::{Vec3, add, dot, excess, log4, reach, shift, sub};
@@ -60,8 +59,6 @@ pub struct Extent {
     pub loose: usize,
     /// True when triangles may be turned against their neighbours.
     pub turns: bool,
-    /// Which sets of weights predict.
-    pub sets: Sets,
 }
 
 impl<M: Model> Default for Walk<M> {
@@ -129,7 +126,6 @@ impl<M: Model> Walk<M> {
         coder: &mut impl Coder,
     ) -> Result<(), Damaged> {
         self.turns = extent.turns;
-        self.places.predictor.sets = extent.sets;
         self.places
             .lattice
             .code(&mut self.model, coder, extent.vertices)?;
