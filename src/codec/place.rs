@@ -9,7 +9,7 @@ use super::model::{self, Contexts, Model};
 use super::predict::{FINE, Predictor};
 use super::range::Coder;
 use super::spread::{ROUGH, Shape, Spreads};
-use super::vec::{Vec3, add, dot, excess, log4, reach, shift, sub};
+use super::vec::{Vec3, dot, excess, log4, reach, shift, sub};
 
 /// A vertex that is coded: where it lies, and how far it missed its prediction.
 #[derive(Clone, Copy, Debug)]

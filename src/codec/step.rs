@@ -11,7 +11,7 @@
 use super::model::{self, Contexts, Model};
 use super::range::Coder;
 use super::truth::{Truth, next, prev};
-use super::walk::Walk;
+use super::walk::{UNASKED, Walk};
 use super::{Damaged, NONE};
 
 /// A link is searched along the border so far either way.
@@ -104,12 +104,13 @@ impl<M: Model> Walk<M> {
         true
     }
 
-    /// The triangle's tip is none of the neighbours.
+    /// The triangle's tip is none of the neighbours. `gaps` are those at the right and left, as far
+    /// as they are known.
     pub(super) fn tip(
         &mut self,
         e: u32,
         x: u32,
-        gap: u32,
+        gaps: [Option<u32>; 2],
         truth: &mut impl Truth,
         coder: &mut impl Coder,
     ) -> Result<(), Damaged> {
@@ -119,21 +120,25 @@ impl<M: Model> Walk<M> {
         } else {
             truth.link(x, &self.border)
         };
-        let contexts = Contexts::of(gap);
+        let [right, left] = gaps.map(|gap| gap.unwrap_or(UNASKED));
+        let contexts = Contexts::of(right.min(left));
         if !self.model.bit(coder, model::NEW, &contexts, target == NONE) {
             let m = self.target(e, target, coder)?;
             return self.link(e, m, x, truth, coder);
         }
         match self.met(x, 2, truth, coder)? {
             Some(v) => {
-                self.open(e, v, x, truth, coder)?;
+                let f = self.open(e, v, x, truth, coder)?;
+                let p = self.border[e].prev;
+                [p, e, f].iter().for_each(|&e| self.touch(e));
                 Ok(())
             }
-            None => self.fresh(e, x, truth, coder),
+            None => self.fresh(e, x, gaps, truth, coder),
         }
     }
 
-    /// The gate opens to a tip: two edges in its place. Returns the second.
+    /// The gate opens to a tip: two edges in its place. Returns the second; that they and the edge
+    /// before are listed is left to the caller.
     fn open(
         &mut self,
         e: u32,
@@ -152,10 +157,6 @@ impl<M: Model> Walk<M> {
         self.border.join(f, n);
         self.renew(e, a, b, next(x), truth);
         self.border[n].not_left = false;
-        let p = self.border[e].prev;
-        self.touch(p);
-        self.touch(e);
-        self.touch(f);
         Ok(f)
     }
 
@@ -164,13 +165,15 @@ impl<M: Model> Walk<M> {
         &mut self,
         e: u32,
         x: u32,
+        gaps: [Option<u32>; 2],
         truth: &mut impl Truth,
         coder: &mut impl Coder,
     ) -> Result<(), Damaged> {
         let edge = self.border[e];
         let (n, p) = (edge.next, edge.prev);
         let (a, b) = (edge.org, self.border[n].org);
-        let (gap_right, gap_left) = (self.gap_right(e), self.gap_left(e));
+        let gap_right = gaps[0].unwrap_or_else(|| self.gap_right(e));
+        let gap_left = gaps[1].unwrap_or_else(|| self.gap_left(e));
         let edges = [edge, self.border[n], self.border[p]];
         let mut around =
             self.places

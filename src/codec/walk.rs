@@ -29,6 +29,8 @@ use super::{Damaged, NONE};
 
 /// Classes of how far the border bends in.
 const GAPS: i32 = 24;
+/// The class of a gap that nobody asked for.
+pub(super) const UNASKED: u32 = GAPS as u32 - 1;
 /// Gates wait in so many stacks, the sharpest bends first.
 const STACKS: usize = 8;
 
@@ -341,31 +343,34 @@ impl<M: Model> Walk<M> {
         let (a, b) = (edge.org, self.border[n].org);
         let x = truth.across(edge.corner);
         let known = x != NONE;
-        let (mut gap_right, mut gap_left) = (GAPS as u32 - 1, GAPS as u32 - 1);
+        let mut gaps = [None; 2];
         if n != p && self.border[n].open && !edge.not_right {
-            gap_right = self.gap_right(e);
-            let contexts = self.ear_contexts(gap_right, b, a, e);
+            let gap = self.gap_right(e);
+            gaps[0] = Some(gap);
+            let contexts = self.ear_contexts(gap, b, a, e);
             let bit = known && truth.opposite(prev(x)) == self.border[n].corner;
             if self.model.bit(coder, model::RIGHT, &contexts, bit) {
                 return self.ear_right(e, x, truth, coder);
             }
         }
         if n != p && self.border[p].open && !edge.not_left {
-            gap_left = self.gap_left(e);
-            let contexts = self.ear_contexts(gap_left, a, b, e);
+            let gap = self.gap_left(e);
+            gaps[1] = Some(gap);
+            let contexts = self.ear_contexts(gap, a, b, e);
             let bit = known && truth.opposite(next(x)) == self.border[p].corner;
             if self.model.bit(coder, model::LEFT, &contexts, bit) {
                 return self.ear_left(e, x, truth, coder);
             }
         }
         let ends = u32::from(self.border[n].open) + 2 * u32::from(self.border[p].open);
-        let wide = u32::from(gap_right > 12) + 2 * u32::from(gap_left > 12);
+        let [right, left] = gaps.map(|gap| u32::from(gap.unwrap_or(UNASKED) > 12));
+        let wide = right + 2 * left;
         let contexts = Contexts::of(ends * 4 + wide);
         if self.model.bit(coder, model::BORDER, &contexts, !known) {
             self.border[e].open = false;
             self.touch(p);
             return Ok(());
         }
-        self.tip(e, x, gap_right.min(gap_left), truth, coder)
+        self.tip(e, x, gaps, truth, coder)
     }
 }
