@@ -128,6 +128,11 @@ impl Error {
         matches!(self, Error::Io { source, .. } if full.contains(&source.kind()))
     }
 
+    /// True when there is no room on disk, or none that may be taken.
+    pub fn is_no_room(&self) -> bool {
+        self.is_no_space() || matches!(self, Error::DiskLimit { .. })
+    }
+
     /// The same error, with the bytes that are wanted still, at least.
     pub fn with_more(mut self, bytes: u64) -> Error {
         if let Error::Io { more, .. } = &mut self {

@@ -3,6 +3,7 @@
 //! same time, and what the dead leave.
 
 use clap::Parser;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -33,7 +34,8 @@ fn build(dir: &Path, out: &str, args: &[&str], more: &[&str]) -> Command {
             "--memory",
             "24MiB",
         ])
-        .args(["--threads", "2", "--checkpoint", "0"])
+        // A quick build is written down a dozen times: behind passes, and within them.
+        .args(["--threads", "2", "--checkpoint", "0.02"])
         .args(args)
         .args(more)
         .stdout(Stdio::null())
@@ -76,8 +78,17 @@ fn same(dir: &Path, a: &str, b: &str) {
     }
 }
 
-/// Kills builds at so many points, each gone on with; returns how many were resumed.
-fn kills(dir: &Path, args: &[&str], points: u64) -> u64 {
+/// The step behind which the build in a working folder goes on, if its state says one.
+fn step_of(work: &Path) -> Option<String> {
+    let state = fs::read(work.join("state")).ok()?;
+    let line = state.split(|&byte| byte == b'\n').next()?;
+    let line: serde_json::Value = serde_json::from_slice(line).ok()?;
+    Some(line["step"].as_str()?.to_owned())
+}
+
+/// Kills builds at so many points, each gone on with; returns how many were resumed, and behind
+/// which steps.
+fn kills(dir: &Path, args: &[&str], points: u64) -> (u64, BTreeSet<String>) {
     let whole = build(dir, "whole.ct", args, &["--force"])
         .spawn()
         .expect("a build");
@@ -87,16 +98,19 @@ fn kills(dir: &Path, args: &[&str], points: u64) -> u64 {
         total = written(&child).unwrap_or(0).max(total);
     }
     assert!(child.wait().expect("a child").success());
-    let mut resumed = 0;
+    let (mut resumed, mut steps) = (0, BTreeSet::new());
     for point in 0..points {
         let out = "killed.ct";
         let bytes = total * (point + 1) / (points + 1);
         let alive = kill_at(build(dir, out, args, &[]).spawn().expect("a build"), bytes);
-        let state = dir.join(".killed.ct.partial/state");
+        let work = dir.join(".killed.ct.partial");
         if dir.join(out).exists() {
             same(dir, "whole.ct", out);
         } else {
-            resumed += u64::from(alive && state.is_file());
+            if let (true, Some(step)) = (alive, step_of(&work)) {
+                resumed += 1;
+                steps.insert(step);
+            }
             if point % 3 == 0 {
                 // Killed again while it goes on.
                 let again = build(dir, out, args, &["--resume"])
@@ -114,9 +128,9 @@ fn kills(dir: &Path, args: &[&str], points: u64) -> u64 {
         }
         fs::remove_dir_all(dir.join(out)).expect("a folder");
         // Killed between the name and the end, the working folder may stay for the next.
-        let _ = fs::remove_dir_all(dir.join(".killed.ct.partial"));
+        let _ = fs::remove_dir_all(work);
     }
-    resumed
+    (resumed, steps)
 }
 
 #[test]
@@ -146,9 +160,63 @@ fn killed_anywhere_and_resumed_it_is_the_same() {
         &["shuffled.ply", "--strategy", "by-id"],
         &["shuffled.stl", "--strategy", "memory"],
     ];
-    let resumed: Vec<u64> = cases.iter().map(|args| kills(dir, args, 20)).collect();
-    let all: u64 = resumed.iter().sum();
+    let resumed: Vec<_> = cases.iter().map(|args| kills(dir, args, 20)).collect();
+    let all: u64 = resumed.iter().map(|(count, _)| count).sum();
     assert!(all >= 60, "resumed of 20 each: {resumed:?}");
+    let behind = |step: &str| resumed.iter().any(|(_, steps)| steps.contains(step));
+    for step in [
+        "scan",
+        "chunks",
+        "deal by place",
+        "settle by place",
+        "settle by id",
+    ] {
+        assert!(behind(step), "never behind {step}: {resumed:?}");
+    }
+}
+
+/// Where arrays are changed in place: what was changed before is changed again.
+#[test]
+fn killed_while_rows_are_changed_it_is_the_same() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let dir = dir.path();
+    make(dir, "sphere -t 300k --flip 0.3", "m.npy");
+    let args = ["m.npy", "--positions", "m.G.npy", "--strategy", "memory"];
+    let start = |out: &str, more: &[&str]| build(dir, out, &args, more).spawn().expect("a build");
+    let decided = |out: &str| {
+        step_of(&dir.join(format!(".{out}.partial"))).is_some_and(|step| step == "decisions")
+    };
+    // How much is written from there to the end.
+    let mut child = start("whole.ct", &[]);
+    assert!(wait_for(&mut child, || decided("whole.ct")));
+    let from = written(&child).unwrap_or(0);
+    let mut end = from;
+    while child.try_wait().expect("a child").is_none() {
+        end = written(&child).unwrap_or(0).max(end);
+    }
+    let mut resumed = 0;
+    for point in 0..8 {
+        let mut child = start("m.ct", &[]);
+        assert!(wait_for(&mut child, || decided("m.ct")));
+        let now = written(&child).unwrap_or(0);
+        kill_at(child, now + (end - from) * point / 8);
+        if !dir.join("m.ct").exists() {
+            resumed += u64::from(decided("m.ct"));
+            if point % 2 == 1 {
+                kill_at(start("m.ct", &["--resume"]), (end - from) * point / 16);
+            }
+        }
+        if !dir.join("m.ct").exists() {
+            let done = build(dir, "m.ct", &args, &["--resume"])
+                .output()
+                .expect("a build");
+            assert!(done.status.success(), "point {point}: {done:?}");
+        }
+        same(dir, "whole.ct", "m.ct");
+        fs::remove_dir_all(dir.join("m.ct")).expect("a folder");
+        let _ = fs::remove_dir_all(dir.join(".m.ct.partial"));
+    }
+    assert!(resumed >= 3, "{resumed} of 8 behind the decisions");
 }
 
 #[test]
@@ -258,6 +326,9 @@ fn scratch_elsewhere_is_found_again_and_nothing_of_others_is_touched() {
     run(&[], 2, "is in the way");
     fs::remove_file(dir.join(".m.ct.partial")).expect("a link");
     fs::rename(dir.join("precious"), dir.join(".m.ct.partial")).expect("a folder");
+    run(&["--force"], 2, "is in the way");
+    // A lock that nobody holds, which is none of ours.
+    fs::write(dir.join(".m.ct.partial/lock"), "mine").expect("a file");
     run(&["--force"], 2, "is in the way");
     let kept = fs::read_to_string(dir.join(".m.ct.partial/data"));
     assert_eq!(kept.expect("a file"), "mine");

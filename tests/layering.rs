@@ -205,7 +205,7 @@ fn stages_meet_only_in_what_is_handed_on() {
     fails("build/chunks.rs", "use super::seams::Seamed;", "seams");
     fails(
         "build/seams.rs",
-        "use super::chunks::{Chunked, chunks};",
+        "use super::chunks::{Sinks, chunks};",
         "chunks::chunks",
     );
     fails("build/seams.rs", "use super::chunks;", "chunks");
@@ -216,7 +216,7 @@ fn stages_meet_only_in_what_is_handed_on() {
     );
     holds(
         "build/seams.rs",
-        "use super::{Job, chunks::Chunked, records::{EdgeCorner, Link}};",
+        "use super::{Job, scan::Seams, records::{EdgeCorner, Link}};",
     );
     holds("build/chunks.rs", "use super::scan::Seams;");
     holds(

@@ -1,7 +1,8 @@
 //! The builder: the same options as the command line, and the one call that runs a build.
 
+use super::clock::Clock;
 use super::identity::add_file;
-use super::pipeline::{BuildReport, Clock, Wishes, check_width, run, settle_in};
+use super::pipeline::{BuildReport, Wishes, check_width, run, settle_in};
 use super::plan::{Strategy, check_least};
 use super::predict::{Prediction, Sizes};
 use super::room::check_before;

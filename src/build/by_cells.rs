@@ -1,152 +1,55 @@
 //! The way through cells, for meshes whose triangles lie in no order that helps.
 
+use super::Job;
 use super::cells::CellPlan;
 use super::cells::assemble::{Said, assemble};
-use super::cells::deal::{Hands, deal};
+use super::cells::deal::deal;
 use super::cells::map::{by_id, by_place};
-use super::cells::names::{Marks, Names};
+use super::cells::names::Marks;
 use super::cells::places::{Places, deal_places};
-use super::cells::records::{NodeCount, Reply};
-use super::cells::settle::{APPENDED, Sinks, settle};
+use super::cells::settle::{Sinks, settle};
 use super::cells::sums::Sums;
-use super::chunks::Settled;
+use super::chunked::Settled;
+use super::clock::Clock;
 use super::components::{Given, components};
-use super::finish::{Found, list};
+use super::dealt::{Dealt, Files, Settling, numbered};
+use super::finish::Found;
+use super::lists::list;
 use super::nodes::Nodes;
-use super::pipeline::{Built, Clock};
-use super::records::{EdgeCorner, Patch};
+use super::pipeline::Built;
+use super::records::EdgeCorner;
 use super::seams::{Seaming, seams};
 use super::stars::spill::Spilled;
 use super::stitch::{Linked, stitch};
 use super::tail::{Edges, Rows, join_stars};
 use super::way::{Kind, Way};
 use super::whole::Whole;
-use super::{Job, SCRATCH_BLOCK, scratch_items};
 use crate::chunk::grid::{Bounds, Grid};
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
-use crate::disk::ScratchFile;
-use crate::disk::journal::{Keep, Pen, Reader};
 use crate::error::{Error, Result};
-use crate::shuffle::{Buckets, Shuffle};
+use crate::shuffle::Shuffle;
+use std::time::Instant;
 
-/// What the cells left.
-struct Settling<W: Index> {
-    replies: Buckets<Reply<W>>,
-    patches: Shuffle<Patch<W>>,
-    cuts: Shuffle<EdgeCorner<W>>,
-    edges: Buckets<EdgeCorner<W>>,
-    names: Names,
-    files: Files,
-    degenerate: Vec<u64>,
-    unreferenced: u64,
-    settled: Settled,
-    stars: Option<Spilled<W>>,
-    /// Windows that the replies are for.
-    windows: u64,
+/// The steps of a way through cells.
+pub struct StepNames {
+    /// The step behind which the triangles are dealt.
+    pub dealt: &'static str,
+    /// The step behind which the cells are settled.
+    pub settled: &'static str,
 }
 
-/// The step behind which the cells are settled.
-pub const fn settled_by(kind: Kind) -> &'static str {
+/// How the steps of this way are called.
+pub const fn steps_of(kind: Kind) -> StepNames {
     match kind {
-        Kind::Place => "settle by place",
-        Kind::Id => "settle by id",
-    }
-}
-
-impl<W: Index> Keep for Settling<W> {
-    fn keep(&self, to: &mut Pen) -> Result<()> {
-        self.replies.keep(to)?;
-        self.patches.keep(to)?;
-        self.cuts.keep(to)?;
-        self.edges.keep(to)?;
-        self.names.keep(to)?;
-        let Files {
-            links,
-            borders,
-            counts,
-            measures,
-            unmeasured,
-        } = &self.files;
-        for file in [links, borders, counts, measures, unmeasured] {
-            to.file(file)?;
-        }
-        to.list(&self.degenerate)?;
-        to.number(self.unreferenced)?;
-        self.settled.keep(to)?;
-        self.stars.keep(to)?;
-        to.number(self.windows)
-    }
-
-    fn restore(from: &mut Reader) -> Result<Settling<W>> {
-        Ok(Settling {
-            replies: Buckets::restore(from)?,
-            patches: Shuffle::restore(from)?,
-            cuts: Shuffle::restore(from)?,
-            edges: Buckets::restore(from)?,
-            names: Names::restore(from)?,
-            files: Files {
-                links: from.file()?,
-                borders: from.file()?,
-                counts: from.file()?,
-                measures: from.file()?,
-                unmeasured: from.file()?,
-            },
-            degenerate: from.list()?,
-            unreferenced: from.number()?,
-            settled: Settled::restore(from)?,
-            stars: Option::restore(from)?,
-            windows: from.number()?,
-        })
-    }
-}
-
-/// Records in order of arrival.
-struct Files {
-    links: ScratchFile,
-    borders: ScratchFile,
-    counts: ScratchFile,
-    measures: ScratchFile,
-    unmeasured: ScratchFile,
-}
-
-impl Files {
-    /// Hands the numbers of local components that contradict themselves to `each`.
-    fn conflicts(
-        &self,
-        job: &Job,
-        names: &Names,
-        each: &mut dyn FnMut(u64) -> Result<()>,
-    ) -> Result<()> {
-        let file = &self.counts;
-        scratch_items(
-            job.ws,
-            file,
-            0,
-            file.len(),
-            &mut |counts: &[NodeCount]| {
-                let marked = counts.iter().filter(|count| count.conflict != 0);
-                let mut numbers = marked.map(|count| names.number(count.name));
-                numbers.try_for_each(&mut *each)
-            },
-        )
-    }
-
-    /// The numbers of what faces a border, in a file.
-    fn borders<W: Index>(&self, job: &Job, names: &Names) -> Result<ScratchFile> {
-        let (ws, file) = (job.ws, &self.borders);
-        let numbers = ws.scratch.file("numbers at borders")?;
-        let _lease = ws
-            .budget
-            .lease("numbers at borders", SCRATCH_BLOCK as u64)?;
-        let mut block: Vec<W> = Vec::new();
-        scratch_items(ws, file, 0, file.len(), &mut |called: &[W]| {
-            block.clear();
-            block.extend(called.iter().map(|name| W::of(names.number(name.wide()))));
-            numbers.append(bytemuck::cast_slice(&block))?;
-            Ok(())
-        })?;
-        Ok(numbers)
+        Kind::Place => StepNames {
+            dealt: "deal by place",
+            settled: "settle by place",
+        },
+        Kind::Id => StepNames {
+            dealt: "deal by id",
+            settled: "settle by id",
+        },
     }
 }
 
@@ -169,14 +72,10 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
         kind == Kind::Place,
         job.plan.buckets,
     );
-    let step = settled_by(kind);
-    let (settling, places) = match clock.restored::<Settling<W>>(step)? {
+    let steps = steps_of(kind);
+    let (mut settling, places) = match clock.restored::<Settling<W>>(steps.settled)? {
         Some(settling) => (settling, Places::again(job)?),
-        None => {
-            let (settling, places) = first_passes::<I, W, X>(clock, job, bounds, (kind, &plan))?;
-            clock.done(step, job.opened, &settling)?;
-            (settling, places)
-        }
+        None => settle_all::<I, W, X>(clock, job, bounds, (kind, &plan))?,
     };
     if settling.windows != plan.windows.count {
         return Err(Error::Internal(format!(
@@ -184,32 +83,30 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
             settling.windows, plan.windows.count
         )));
     }
+    let spilled = settling.settled.spilled;
+    let behind = (steps.settled, job.opened);
+    clock.rounds(
+        ("seams", "corners", spilled),
+        behind,
+        &mut settling,
+        |settling, until| seams(job, &mut settling.seaming, until, EdgeCorner::local),
+    )?;
+    clock.done(steps.settled, job.opened, &settling)?;
     let Settling {
         replies,
-        patches,
-        cuts,
-        edges,
+        seaming,
         names,
         files,
         ..
     } = settling;
-    let spilled = settling.settled.spilled;
-    let seamed = clock.pass("seams", "corners", spilled, || {
-        let seaming = Seaming {
-            edges: &edges,
-            cuts: &cuts,
-            patches: &patches,
-            links: &files.links,
-            borders: &files.borders,
-        };
-        seams(
-            job,
-            &seaming,
-            plan.patches.writer_bytes(),
-            EdgeCorner::local,
-        )
-    })?;
-    drop(edges);
+    let Seaming {
+        cuts,
+        patches,
+        links,
+        borders,
+        settled: seamed,
+        ..
+    } = seaming;
     let (cuts, patches) = (cuts.finish()?, patches.finish()?);
     let settled = Edges {
         first: &settling.settled,
@@ -226,16 +123,16 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
         return Ok(Err(Way::InOrder { whatever: true }));
     }
     let stars = join_stars(clock, job, &nodes, settling.stars, counts.degenerate)?;
-    let records = files.links.len() / (2 * W::BYTES as u64);
+    let records = links.len() / (2 * W::BYTES as u64);
     let labels = clock.pass("stitch", "links", records, || {
         let linked = Linked {
             nodes,
-            links: &files.links,
+            links: &links,
             conflicts: &|each| files.conflicts(job, &names, each),
         };
         stitch::<W>(job, &linked, true)
     })?;
-    let borders = files.borders::<W>(job, &names)?;
+    let borders = numbered::<W>(job, &names, &borders)?;
     let mut chosen = clock.pass("components", "", 0, || {
         let given = Given {
             nodes,
@@ -258,7 +155,7 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
             sums.sum::<X>(&places, pieces, memory)
         })
     })?;
-    drop((cuts, places, files, borders));
+    drop((cuts, places, files, links, borders));
     let arrays = Rows::create::<I>(job)?.marked::<I>(job, counts.degenerate)?;
     let said = Said {
         replies: &replies,
@@ -283,12 +180,37 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
 }
 
 /// Maps, deals and settles.
-fn first_passes<I: Index, W: Index, X: Coord>(
+fn settle_all<I: Index, W: Index, X: Coord>(
     clock: &mut Clock,
     job: &Job,
     bounds: &Bounds,
     (kind, plan): (Kind, &CellPlan),
 ) -> Result<(Settling<W>, Places<X>)> {
+    let step = steps_of(kind).dealt;
+    let mut dealt = match clock.restored::<Dealt<W, X>>(step)? {
+        Some(dealt) => Dealt {
+            places: dealt.places.opened(job)?,
+            ..dealt
+        },
+        None => deal_all::<I, W, X>(clock, job, bounds, (kind, plan))?,
+    };
+    let (grid, pass) = (
+        Grid::new(bounds),
+        ("settle", "triangles", job.shape.triangles),
+    );
+    clock.rounds(pass, (step, job.opened), &mut dealt, |dealt, until| {
+        settle_some(job, dealt, &grid, until)
+    })?;
+    dealt.finish()
+}
+
+/// Maps and deals, and makes what cells write to.
+fn deal_all<I: Index, W: Index, X: Coord>(
+    clock: &mut Clock,
+    job: &Job,
+    bounds: &Bounds,
+    (kind, plan): (Kind, &CellPlan),
+) -> Result<Dealt<W, X>> {
     let (ws, t, n) = (job.ws, job.shape.triangles, job.shape.vertices);
     let marks = Marks::new(&ws.budget, t)?;
     let map = clock.pass("cells", "vertices", n, || match (&job.g, kind) {
@@ -312,80 +234,55 @@ fn first_passes<I: Index, W: Index, X: Coord>(
         Ok((deal::<I, W>(job, plan, &plan.windows, &map)?, places))
     })?;
     drop(map);
-    let settling = clock.pass("settle", "triangles", t, || {
-        settle_all(job, hands, &places, &Grid::new(bounds), plan, marks)
-    })?;
-    Ok((settling, places))
-}
-
-fn settle_all<W: Index, X: Coord>(
-    job: &Job,
-    hands: Hands<W>,
-    places: &Places<X>,
-    grid: &Grid,
-    plan: &CellPlan,
-    marks: Marks,
-) -> Result<Settling<W>> {
-    let (ws, t, n) = (
-        job.ws,
-        job.shape.triangles.max(1),
-        job.shape.vertices.max(1),
-    );
-    let replies = Shuffle::new(ws, "replies", 0..t, plan.replies)?;
-    let patches = Shuffle::new(ws, "opposites", 0..t, plan.patches)?;
+    let (keys, n) = (0..t.max(1), n.max(1));
     // Few, but for hubs and the like.
-    let rare = job.shuffle_plan(size_of::<EdgeCorner<W>>(), t / 64);
-    let cuts = Shuffle::new(ws, "non-manifold corners", 0..n, rare)?;
-    let edges = Shuffle::new(ws, "corners of large cells", 0..n, rare)?;
-    let files = Files {
+    let rare = job.shuffle_plan(size_of::<EdgeCorner<W>>(), t.max(1) / 64);
+    Ok(Dealt {
+        hands,
+        places,
+        marks,
+        replies: Shuffle::new(ws, "replies", keys.clone(), plan.replies)?,
+        patches: Shuffle::new(ws, "opposites", keys, plan.patches)?,
+        cuts: Shuffle::new(ws, "non-manifold corners", 0..n, rare)?,
+        edges: Shuffle::new(ws, "corners of large cells", 0..n, rare)?,
         links: ws.scratch.file("links")?,
         borders: ws.scratch.file("borders")?,
-        counts: ws.scratch.file("counts of local components")?,
-        measures: ws.scratch.file("measures of local components")?,
-        unmeasured: ws.scratch.file("triangles to measure")?,
-    };
-    let threads = ws.workers.count() as u64;
-    let parts = plan.parts(t);
-    let stars = Spilled::wanted(job, parts)?;
-    let writers = plan.replies.writer_bytes()
-        + plan.patches.writer_bytes()
-        + 2 * rare.writer_bytes()
-        + APPENDED
-        + stars.as_ref().map_or(0, Spilled::thread_bytes);
-    // An eighth stays free for what the shuffles note of what they wrote.
-    let free = ws.budget.free() / 8 * 7;
-    let share = (free / threads).saturating_sub(writers);
-    let settled = {
-        let sinks = Sinks {
-            replies: &replies,
-            patches: &patches,
-            cuts: &cuts,
-            edges: &edges,
-            names: &marks,
-            links: &files.links,
-            borders: &files.borders,
-            counts: &files.counts,
-            measures: &files.measures,
-            unmeasured: &files.unmeasured,
-            stars: stars.as_ref(),
-        };
-        settle(job, &hands, places, grid, share, &sinks)?
-    };
-    let degenerate: u64 = hands.degenerate.iter().sum();
-    Ok(Settling {
-        replies: replies.finish()?,
-        patches,
-        cuts,
-        edges: edges.finish()?,
-        names: marks.seal(),
-        files,
-        degenerate: hands.degenerate,
-        unreferenced: hands.unreferenced,
-        stars,
+        files: Files::new(ws)?,
+        stars: Spilled::wanted(job, plan.parts(t.max(1)))?,
+        settled: Settled::default(),
+        done: 0,
         windows: plan.windows.count,
-        settled: Settled {
-            degenerate,
-            ..settled
-        },
     })
+}
+
+/// Settles cells until all are settled or `until` is past; true when all are.
+fn settle_some<W: Index, X: Coord>(
+    job: &Job,
+    dealt: &mut Dealt<W, X>,
+    grid: &Grid,
+    until: Option<Instant>,
+) -> Result<bool> {
+    let sinks = Sinks {
+        replies: &dealt.replies,
+        patches: &dealt.patches,
+        cuts: &dealt.cuts,
+        edges: &dealt.edges,
+        names: &dealt.marks,
+        links: &dealt.links,
+        borders: &dealt.borders,
+        counts: &dealt.files.counts,
+        measures: &dealt.files.measures,
+        unmeasured: &dealt.files.unmeasured,
+        stars: dealt.stars.as_ref(),
+    };
+    let budget = &job.ws.budget;
+    // An eighth stays free for what the shuffles note of what they wrote.
+    let free = budget.free() / 8 * 7;
+    let share = free / job.ws.workers.count() as u64;
+    let share = share.saturating_sub(sinks.thread_bytes());
+    let of = (&dealt.hands, &dealt.places);
+    let (settled, done) = settle(job, of, grid, share, &sinks, (dealt.done, until))?;
+    dealt.settled.merge(&settled);
+    dealt.done = done;
+    Ok(done == dealt.hands.triangles.count())
 }

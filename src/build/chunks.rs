@@ -8,15 +8,15 @@
 //! to the seam pass with its chunk-local component and flip.
 //!
 //! Memory: [`Shape::chunk_bytes`](super::plan::Shape::chunk_bytes) for each triangle of a chunk
-//! and thread, two writers a thread, 64 bytes a chunk. I/O: V read once, G once when coherent;
+//! and thread, two writers a thread; the table of chunks is [`Chunked`]'s. I/O: V read once, G once when coherent;
 //! V, O, component written once; seam records and 24 bytes a local component to scratch.
 
 use super::Job;
 use super::arrays::{CoordReader, OutArray, TriangleReader, bad_index};
 use super::chunk_rows::{Rows, pack_flips};
+use super::chunked::{ChunkInfo, Chunked, Settled};
 use super::records::{EdgeCorner, LocalCount, MeasureRecord};
 use super::scan::Seams;
-use super::scratch_items;
 use super::stars::spill::{Block, Spilled, Spiller};
 use super::whole::Whole;
 use crate::chunk::grid::Grid;
@@ -26,64 +26,11 @@ use crate::chunk::pair::Pairs;
 use crate::chunk::star::{self, StarCount};
 use crate::chunk::swirl::Swirl;
 use crate::corner::{Index, next_k, prev_k};
-use crate::disk::journal::{Keep, Pen, Reader};
-use crate::disk::{Lease, ScratchFile, Workspace};
+use crate::disk::ScratchFile;
 use crate::error::Result;
 use crate::shuffle::{Shuffle, Writer};
-use std::ops::Range;
 use std::sync::Mutex;
-
-/// What later passes need to know of a chunk.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct ChunkInfo {
-    /// Number of its local components.
-    pub locals: u32,
-    /// Its degenerate triangles.
-    pub degenerate: u32,
-    /// Where its [`LocalCount`]s lie in the counts file.
-    pub counts_at: u64,
-    /// Where its [`MeasureRecord`]s lie in the measures file; `None` when they are deferred, or
-    /// the mesh has no coordinates.
-    pub measures_at: Option<u64>,
-    /// True when the swirl flipped a triangle in it.
-    pub flips: bool,
-    /// True when a local component in it contradicts itself.
-    pub conflicts: bool,
-}
-
-/// What the chunk pass found in all chunks together.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Settled {
-    /// Regular edges.
-    pub regular: u64,
-    /// Border edges.
-    pub borders: u64,
-    /// Non-manifold edges.
-    pub nonmanifold: u64,
-    /// Regular edges whose triangles disagreed.
-    pub inconsistent: u64,
-    /// Degenerate triangles.
-    pub degenerate: u64,
-    /// Corners spilled to the seam pass.
-    pub spilled: u64,
-}
-
-/// What the chunk pass leaves in memory and scratch.
-pub struct Chunked {
-    /// By chunk.
-    pub infos: Vec<ChunkInfo>,
-    /// Number of local components in the chunks before each, and in all at the end.
-    pub base: Vec<u64>,
-    /// [`LocalCount`] of every local component.
-    pub counts: ScratchFile,
-    /// [`MeasureRecord`] of the local components of chunks that were measured.
-    pub measures: ScratchFile,
-    /// Packed flip bits, [`Job::flip_bytes`] for each chunk that has flips.
-    pub flips: ScratchFile,
-    /// Totals.
-    pub settled: Settled,
-    lease: Lease,
-}
+use std::time::Instant;
 
 /// The shuffles and files that chunks write to.
 pub struct Sinks<'a, W: Index> {
@@ -128,7 +75,8 @@ struct Kernels {
     swirl: Swirl,
 }
 
-/// Runs the chunk pass.
+/// Runs the chunk pass from where `chunked` says that it stopped, until all chunks are done or
+/// `until` is past; true when all are.
 ///
 /// # Errors
 /// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`];
@@ -138,26 +86,22 @@ pub fn chunks<I: Index, W: Index, X: Coord>(
     seams: &Seams,
     grid: &Grid,
     sinks: &Sinks<W>,
-) -> Result<Chunked> {
+    (chunked, until): (&mut Chunked, Option<Instant>),
+) -> Result<bool> {
     let ws = job.ws;
-    let chunks = job.plan.chunks(job.shape.triangles);
-    let lease = ws
-        .budget
-        .lease("the table of chunks", table_bytes(chunks))?;
     let _scratch = job.chunk_lease("chunks")?;
     let whole = Whole::<X>::within(job, 3 * ws.workers.count() as u64 * job.plan.writer)?;
-    let infos = Mutex::new(vec![ChunkInfo::default(); chunks as usize]);
-    let counts = ws.scratch.file("counts of local components")?;
-    let measures = ws.scratch.file("measures of local components")?;
-    let flips = ws.scratch.file("flips")?;
-    let settled = Mutex::new(Settled::default());
     let out = Outputs {
-        counts: &counts,
-        measures: &measures,
-        flips: &flips,
+        counts: &chunked.counts,
+        measures: &chunked.measures,
+        flips: &chunked.flips,
     };
-    ws.workers.run(
-        chunks,
+    let units = chunked.done..chunked.infos.len() as u64;
+    let infos = Mutex::new(&mut chunked.infos);
+    let settled = Mutex::new(&mut chunked.settled);
+    let done = ws.workers.round(
+        units,
+        until,
         || Thread::<I, W, X>::new(job, sinks, whole.as_ref()),
         |thread, chunk| {
             let info = thread.chunk(job, seams, grid, sinks, &out, chunk)?;
@@ -176,113 +120,7 @@ pub fn chunks<I: Index, W: Index, X: Coord>(
             thread.stars.map_or(Ok(()), Spiller::finish)
         },
     )?;
-    let infos = infos.into_inner().unwrap_or_else(|e| e.into_inner());
-    Ok(Chunked {
-        base: base(&infos),
-        infos,
-        counts,
-        measures,
-        flips,
-        settled: settled.into_inner().unwrap_or_else(|e| e.into_inner()),
-        lease,
-    })
-}
-
-/// Bytes of the table of so many chunks.
-pub fn table_bytes(chunks: u64) -> u64 {
-    // With the lists of later passes: a word a chunk for each of three.
-    chunks * (size_of::<ChunkInfo>() as u64 + 24)
-}
-
-/// The number of the first local component of each chunk, and of all together.
-fn base(infos: &[ChunkInfo]) -> Vec<u64> {
-    let mut base = Vec::with_capacity(infos.len() + 1);
-    let mut sum = 0;
-    for info in infos {
-        base.push(sum);
-        sum += u64::from(info.locals);
-    }
-    base.push(sum);
-    base
-}
-
-impl Keep for Chunked {
-    fn keep(&self, to: &mut Pen) -> Result<()> {
-        to.number(self.infos.len() as u64)?;
-        self.infos.iter().try_for_each(|info| info.keep(to))?;
-        for file in [&self.counts, &self.measures, &self.flips] {
-            to.file(file)?;
-        }
-        self.settled.keep(to)
-    }
-
-    fn restore(from: &mut Reader) -> Result<Chunked> {
-        let chunks = from.number()?;
-        let lease = from
-            .budget
-            .lease("the table of chunks", table_bytes(chunks))?;
-        let infos = (0..chunks).map(|_| ChunkInfo::restore(from));
-        let infos = infos.collect::<Result<Vec<_>>>()?;
-        Ok(Chunked {
-            base: base(&infos),
-            infos,
-            counts: from.file()?,
-            measures: from.file()?,
-            flips: from.file()?,
-            settled: Settled::restore(from)?,
-            lease,
-        })
-    }
-}
-
-impl Chunked {
-    /// Hands the numbers of local components that contradict themselves to `each`.
-    ///
-    /// # Errors
-    /// [`crate::Error::Budget`], [`crate::Error::Io`], and those of `each`.
-    pub fn conflicts(&self, ws: &Workspace, each: &mut dyn FnMut(u64) -> Result<()>) -> Result<()> {
-        let chunks = self.infos.iter().zip(&self.base);
-        for (info, &base) in chunks.filter(|(info, _)| info.conflicts) {
-            let bytes = u64::from(info.locals) * size_of::<LocalCount>() as u64;
-            let mut numbers = base..;
-            scratch_items(ws, &self.counts, info.counts_at, bytes, &mut |counts| {
-                for (count, number) in (counts as &[LocalCount]).iter().zip(&mut numbers) {
-                    if count.borders & LocalCount::CONFLICT != 0 {
-                        each(number)?;
-                    }
-                }
-                Ok(())
-            })?;
-        }
-        Ok(())
-    }
-
-    /// Number of local components.
-    pub fn locals(&self) -> u64 {
-        *self.base.last().unwrap_or(&0)
-    }
-
-    /// The local components of a chunk, numbered through the mesh.
-    pub fn locals_of(&self, chunk: u64) -> Range<u64> {
-        let base = self.base[chunk as usize];
-        base..base + u64::from(self.infos[chunk as usize].locals)
-    }
-
-    /// Bytes of the table of chunks.
-    pub fn table_bytes(&self) -> u64 {
-        self.lease.bytes()
-    }
-}
-
-impl Settled {
-    pub(super) fn merge(&mut self, other: &Settled) {
-        self.regular += other.regular;
-        self.borders += other.borders;
-        self.nonmanifold += other.nonmanifold;
-        self.inconsistent += other.inconsistent;
-        self.degenerate += other.degenerate;
-        self.spilled += other.spilled;
-    }
+    Ok(chunked.went_to(done))
 }
 
 /// The scratch files that chunks append to.

@@ -10,7 +10,7 @@
 
 use super::Job;
 use super::arrays::OutArray;
-use super::chunks::Chunked;
+use super::chunked::Chunked;
 use super::cuts::{CutCount, Cuts};
 use super::deferred::{Deferred, measure_deferred};
 use super::graph::bits::Bits;

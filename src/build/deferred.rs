@@ -12,7 +12,7 @@
 use super::Job;
 use super::arrays::{CoordReader, OutArray, TriangleReader};
 use super::asked::{Ask, Sum, measure_asked, questions};
-use super::chunks::Chunked;
+use super::chunked::Chunked;
 use super::graph::labels::LabelRange;
 use super::records::LocalCount;
 use super::stitch::Labels;

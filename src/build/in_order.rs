@@ -1,13 +1,19 @@
 //! The way in file order: chunks of consecutive triangles are patches of surface, or nearly.
 
 use super::Job;
-use super::chunks::{Chunked, Sinks, chunks};
+use super::changes::Changes;
+use super::chunked::{Chunked, Settled};
+use super::chunks::{Sinks, chunks};
+use super::clock::Clock;
 use super::components::{ChunkSums, Given, components, sum_chunks};
-use super::finish::{Found, apply, fill, list};
+use super::fill::fill;
+use super::finish::{Found, apply};
+use super::graph::bits::Bits;
+use super::lists::list;
 use super::nodes::Nodes;
-use super::pipeline::{Built, Clock};
+use super::pipeline::Built;
 use super::records::{EdgeCorner, Patch};
-use super::scan::scan;
+use super::scan::{Seams, scan};
 use super::seams::{Seaming, seams};
 use super::stars::spill::Spilled;
 use super::stitch::{Linked, stitch};
@@ -20,21 +26,27 @@ use crate::disk::journal::{Keep, Pen, Reader};
 use crate::error::{Error, Result};
 use crate::shuffle::{Buckets, Shuffle};
 
+/// The step behind which the seam vertices are known.
+pub const SCANNED: &str = "scan";
 /// The step behind which the chunks are settled.
 pub const CHUNKED: &str = "chunks";
+/// The step behind which the rows that change lie aside.
+pub const DECIDED: &str = "decisions";
 
-/// What the chunks left.
-struct First<W: Index> {
+/// The seam vertices, and what the chunks left so far.
+struct Scanned<W: Index> {
+    seam: Seams,
     rows: Rows,
-    edges: Buckets<EdgeCorner<W>>,
+    edges: Shuffle<EdgeCorner<W>>,
     cuts: Shuffle<EdgeCorner<W>>,
     stars: Option<Spilled<W>>,
     chunked: Chunked,
     unreferenced: u64,
 }
 
-impl<W: Index> Keep for First<W> {
+impl<W: Index> Keep for Scanned<W> {
     fn keep(&self, to: &mut Pen) -> Result<()> {
+        self.seam.keep(to)?;
         self.rows.keep(to)?;
         self.edges.keep(to)?;
         self.cuts.keep(to)?;
@@ -43,11 +55,67 @@ impl<W: Index> Keep for First<W> {
         to.number(self.unreferenced)
     }
 
+    fn restore(from: &mut Reader) -> Result<Scanned<W>> {
+        Ok(Scanned {
+            seam: Seams::restore(from)?,
+            rows: Rows::restore(from)?,
+            edges: Shuffle::restore(from)?,
+            cuts: Shuffle::restore(from)?,
+            stars: Option::restore(from)?,
+            chunked: Chunked::restore(from)?,
+            unreferenced: from.number()?,
+        })
+    }
+}
+
+/// All but rows: what they must become is known, and lies aside or is in place.
+struct Decided<W: Index> {
+    built: Built,
+    patches: Buckets<Patch<W>>,
+    aside: Option<Changes>,
+    nonorientable: Bits,
+}
+
+impl<W: Index> Keep for Decided<W> {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        self.built.keep(to)?;
+        self.patches.keep(to)?;
+        self.aside.keep(to)?;
+        self.nonorientable.keep(to)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Decided<W>> {
+        Ok(Decided {
+            built: Built::restore(from)?,
+            patches: Buckets::restore(from)?,
+            aside: Option::restore(from)?,
+            nonorientable: Bits::restore(from)?,
+        })
+    }
+}
+
+/// What the chunks left, and the seams so far.
+struct First<W: Index> {
+    rows: Rows,
+    seaming: Seaming<W>,
+    stars: Option<Spilled<W>>,
+    chunked: Chunked,
+    unreferenced: u64,
+}
+
+impl<W: Index> Keep for First<W> {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        self.rows.keep(to)?;
+        self.seaming.keep(to)?;
+        self.stars.keep(to)?;
+        self.chunked.keep(to)?;
+        to.number(self.unreferenced)
+    }
+
     fn restore(from: &mut Reader) -> Result<First<W>> {
         Ok(First {
             rows: Rows::restore(from)?,
-            edges: Buckets::restore(from)?,
-            cuts: Shuffle::restore(from)?,
+            seaming: Seaming::restore(from)?,
             stars: Option::restore(from)?,
             chunked: Chunked::restore(from)?,
             unreferenced: from.number()?,
@@ -68,44 +136,36 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
 ) -> Result<Result<Built, Way>> {
     let (ws, t) = (job.ws, job.shape.triangles);
     let grid = Grid::new(bounds);
-    let first = match clock.restored(CHUNKED)? {
+    if let Some(decided) = clock.restored::<Decided<W>>(DECIDED)? {
+        let patches = decided.patches.records();
+        let built = clock.pass("finish", "items", patches, || decided.make::<I>(job))?;
+        return Ok(Ok(built));
+    }
+    let mut first = match clock.restored(CHUNKED)? {
         Some(first) => first,
         None => match chunk_all::<I, W, X>(clock, job, &grid, whatever)? {
-            Ok(first) => {
-                clock.done(CHUNKED, job.opened, &first)?;
-                first
-            }
+            Ok(first) => first,
             Err(better) => return Ok(Err(better)),
         },
     };
+    seam_all(clock, job, &mut first)?;
     let First {
         rows,
-        edges,
-        cuts,
+        seaming,
         stars,
         chunked,
         unreferenced,
     } = first;
+    let Seaming {
+        cuts,
+        patches,
+        links,
+        borders,
+        settled: seamed,
+        ..
+    } = seaming;
     let nodes = Nodes::InOrder(&chunked, job.plan.chunk);
-    check_held(job, &chunked, 0)?;
     let spilled = chunked.settled.spilled;
-    let plan = job.shuffle_plan(size_of::<Patch<W>>(), edges.records());
-    let patches = Shuffle::<Patch<W>>::new(ws, "opposites", 0..t.max(1), plan)?;
-    let links = ws.scratch.file("links")?;
-    let borders = ws.scratch.file("borders at seams")?;
-    let seamed = clock.pass("seams", "corners", spilled, || {
-        let seaming = Seaming {
-            edges: &edges,
-            cuts: &cuts,
-            patches: &patches,
-            links: &links,
-            borders: &borders,
-        };
-        seams(job, &seaming, plan.writer_bytes(), |corner| {
-            nodes.of_corner(corner)
-        })
-    })?;
-    drop(edges);
     let (cuts, patches) = (cuts.finish()?, patches.finish()?);
     let settled = Edges {
         first: &chunked.settled,
@@ -149,23 +209,59 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
         })
     })?;
     drop(cuts);
-    // The rows are changed in place from now on.
-    clock.back(job.opened)?;
     let arrays = rows.marked::<I>(job, counts.degenerate)?;
-    let tables = arrays.tables();
-    let found = Found {
-        labels: &labels,
-        chosen: &chosen,
-    };
-    let lists = clock.pass("finish", "items", t + patches.records(), || {
-        apply::<I, W>(job, &chunked, &found, &tables)?;
-        fill::<I, W>(job, &found, &patches, &tables, counts.flipped_triangles > 0)?;
-        list::<I, W>(job, &found, counts.nonmanifold_edges, stars.as_ref())
+    // What was written down names the rows as they are.
+    let aside = clock.at_stake().then(|| Changes::new(ws)).transpose()?;
+    let locals = nodes.count();
+    let pass = ("finish", "items", t + patches.records());
+    let built = clock.measured(pass, |steps, ws| {
+        let found = Found {
+            labels: &labels,
+            chosen: &chosen,
+        };
+        let tables = arrays.tables();
+        let applied = |aside: Option<&Changes>| {
+            ws.io
+                .intact(apply::<I, W>(job, &chunked, &found, &tables, aside))
+        };
+        let aside = match applied(aside.as_ref()) {
+            Err(e) if aside.is_some() && e.is_no_room() => {
+                steps.back(ws, job.opened)?;
+                applied(None)?;
+                None
+            }
+            done => done.map(|()| aside)?,
+        };
+        let edges = counts.nonmanifold_edges;
+        let lists = list::<I, W>(job, &found, edges, stars.as_ref())?;
+        drop((stars, chunked));
+        let measures = chosen.stars.take().map(|stars| stars.measures);
+        let (made, counted) = ((chosen.table, lists), (counts, measures));
+        let decided = Decided {
+            built: arrays.built(made, counted, spilled, locals),
+            patches,
+            aside,
+            nonorientable: labels.nonorientable,
+        };
+        if decided.aside.is_some() && !steps.put(ws, DECIDED, job.opened, &decided)? {
+            steps.back(ws, job.opened)?;
+        }
+        ws.io.intact(decided.make::<I>(job))
     })?;
-    let measures = chosen.stars.take().map(|stars| stars.measures);
-    let counted = (counts, measures);
-    let made = (chosen.table, lists);
-    Ok(Ok(arrays.built(made, counted, spilled, nodes.count())))
+    Ok(Ok(built))
+}
+
+impl<W: Index> Decided<W> {
+    /// Makes the changes that are aside, and fills the opposites in. Twice is harmless.
+    fn make<I: Index>(self, job: &Job) -> Result<Built> {
+        let tables = self.built.tables()?;
+        if let Some(changes) = &self.aside {
+            changes.make(job, &tables)?;
+        }
+        let any_flip = self.built.counts.flipped_triangles > 0;
+        fill::<I, W>(job, &self.nonorientable, &self.patches, &tables, any_flip)?;
+        Ok(self.built)
+    }
 }
 
 /// Scans, and settles the chunks; or says which way is better.
@@ -176,40 +272,102 @@ fn chunk_all<I: Index, W: Index, X: Coord>(
     whatever: bool,
 ) -> Result<Result<First<W>, Way>> {
     let (ws, t) = (job.ws, job.shape.triangles);
-    let (seam_bits, unreferenced) = clock.pass("scan", "triangles", t, || scan::<I>(job))?;
-    if !whatever && let Some(better) = Way::after_scan(job, seam_bits.count()) {
-        return Ok(Err(better));
-    }
-    let rows = Rows::create::<I>(job)?;
-    let n = job.shape.vertices.max(1);
-    let record = size_of::<EdgeCorner<W>>();
-    // A surface has about three edges a vertex, each with two corners.
-    let expected = (6 * seam_bits.count()).min(3 * t);
-    let edges = Shuffle::new(ws, "seam corners", 0..n, job.shuffle_plan(record, expected))?;
-    let plan = job.shuffle_plan(record, t / 64);
-    let cuts = Shuffle::new(ws, "non-manifold corners", 0..n, plan)?;
-    // A part on either side of a seam, at each of its vertices.
-    let parts = (2 * seam_bits.count()).min(3 * t);
-    let stars = Spilled::wanted(job, parts)?;
-    let chunked = clock.pass("chunks", "triangles", t, || {
-        let sinks = Sinks {
-            edges: &edges,
-            cuts: &cuts,
-            v: &rows.v,
-            o: &rows.o,
-            component: &rows.component,
-            stars: stars.as_ref(),
-        };
-        chunks::<I, W, X>(job, &seam_bits, grid, &sinks)
-    })?;
-    Ok(Ok(First {
+    let mut scanned = match clock.restored(SCANNED)? {
+        Some(scanned) => scanned,
+        None => {
+            let found = clock.pass("scan", "triangles", t, || scan::<I>(job))?;
+            if !whatever && let Some(better) = Way::after_scan(job, found.0.count()) {
+                return Ok(Err(better));
+            }
+            Scanned::new::<I>(job, found)?
+        }
+    };
+    let pass = ("chunks", "triangles", t);
+    clock.rounds(
+        pass,
+        (SCANNED, job.opened),
+        &mut scanned,
+        |scanned, until| {
+            let sinks = Sinks {
+                edges: &scanned.edges,
+                cuts: &scanned.cuts,
+                v: &scanned.rows.v,
+                o: &scanned.rows.o,
+                component: &scanned.rows.component,
+                stars: scanned.stars.as_ref(),
+            };
+            let so_far = (&mut scanned.chunked, until);
+            chunks::<I, W, X>(job, &scanned.seam, grid, &sinks, so_far)
+        },
+    )?;
+    let Scanned {
         rows,
-        edges: edges.finish()?,
+        edges,
         cuts,
         stars,
         chunked,
         unreferenced,
+        ..
+    } = scanned;
+    let edges = edges.finish()?;
+    check_held(job, &chunked, 0)?;
+    let plan = job.shuffle_plan(size_of::<Patch<W>>(), edges.records());
+    let seaming = Seaming {
+        patches: Shuffle::new(ws, "opposites", 0..t.max(1), plan)?,
+        links: ws.scratch.file("links")?,
+        borders: ws.scratch.file("borders at seams")?,
+        settled: Settled::default(),
+        done: 0,
+        edges,
+        cuts,
+    };
+    Ok(Ok(First {
+        rows,
+        seaming,
+        stars,
+        chunked,
+        unreferenced,
     }))
+}
+
+impl<W: Index> Scanned<W> {
+    /// What chunks write to, with nothing in it.
+    fn new<I: Index>(job: &Job, (seam, unreferenced): (Seams, u64)) -> Result<Scanned<W>> {
+        let (ws, t) = (job.ws, job.shape.triangles);
+        let rows = Rows::create::<I>(job)?;
+        let n = job.shape.vertices.max(1);
+        let record = size_of::<EdgeCorner<W>>();
+        // A surface has about three edges a vertex, each with two corners.
+        let expected = (6 * seam.count()).min(3 * t);
+        let plan = job.shuffle_plan(record, expected);
+        let edges = Shuffle::new(ws, "seam corners", 0..n, plan)?;
+        let plan = job.shuffle_plan(record, t / 64);
+        let cuts = Shuffle::new(ws, "non-manifold corners", 0..n, plan)?;
+        // A part on either side of a seam, at each of its vertices.
+        let parts = (2 * seam.count()).min(3 * t);
+        Ok(Scanned {
+            stars: Spilled::wanted(job, parts)?,
+            chunked: Chunked::new(ws, job.plan.chunks(t))?,
+            seam,
+            rows,
+            edges,
+            cuts,
+            unreferenced,
+        })
+    }
+}
+
+/// Settles the seams.
+fn seam_all<W: Index>(clock: &mut Clock, job: &Job, first: &mut First<W>) -> Result<()> {
+    let behind = (CHUNKED, job.opened);
+    let pass = ("seams", "corners", first.chunked.settled.spilled);
+    clock.rounds(pass, behind, first, |first, until| {
+        let nodes = Nodes::InOrder(&first.chunked, job.plan.chunk);
+        seams(job, &mut first.seaming, until, |corner| {
+            nodes.of_corner(corner)
+        })
+    })?;
+    clock.done(CHUNKED, job.opened, first)
 }
 
 /// Refuses, now that the table of chunks is there, a budget that is too small for what comes

@@ -3,7 +3,6 @@
 //! Memory: what each had leased. I/O: with each.
 
 use super::arrays::OutArray;
-use super::chunks::{ChunkInfo, Settled};
 use super::pipeline::Built;
 use super::stars::Valences;
 use super::tail::Rows;
@@ -13,66 +12,6 @@ use crate::error::{Error, Result};
 /// A list of another length than its kind has.
 fn odd(what: &str) -> Error {
     Error::Internal(format!("a journal with other numbers of {what}"))
-}
-
-impl Keep for Settled {
-    fn keep(&self, to: &mut Pen) -> Result<()> {
-        to.list(&[
-            self.regular,
-            self.borders,
-            self.nonmanifold,
-            self.inconsistent,
-            self.degenerate,
-            self.spilled,
-        ])
-    }
-
-    fn restore(from: &mut Reader) -> Result<Settled> {
-        let numbers = from.list::<u64>()?;
-        let [
-            regular,
-            borders,
-            nonmanifold,
-            inconsistent,
-            degenerate,
-            spilled,
-        ] = numbers[..]
-        else {
-            return Err(odd("edges"));
-        };
-        Ok(Settled {
-            regular,
-            borders,
-            nonmanifold,
-            inconsistent,
-            degenerate,
-            spilled,
-        })
-    }
-}
-
-impl Keep for ChunkInfo {
-    fn keep(&self, to: &mut Pen) -> Result<()> {
-        let bits = u64::from(self.flips) | u64::from(self.conflicts) << 1;
-        let measures = self.measures_at.unwrap_or(u64::MAX);
-        to.number(u64::from(self.locals) | u64::from(self.degenerate) << 32)?;
-        [self.counts_at, measures, bits]
-            .into_iter()
-            .try_for_each(|number| to.number(number))
-    }
-
-    fn restore(from: &mut Reader) -> Result<ChunkInfo> {
-        let two = from.number()?;
-        let [counts_at, measures, bits] = [from.number()?, from.number()?, from.number()?];
-        Ok(ChunkInfo {
-            locals: two as u32,
-            degenerate: (two >> 32) as u32,
-            counts_at,
-            measures_at: (measures != u64::MAX).then_some(measures),
-            flips: bits & 1 == 1,
-            conflicts: bits & 2 == 2,
-        })
-    }
 }
 
 impl Keep for Valences {

@@ -10,8 +10,8 @@
 use super::asked::ASKED;
 use super::cells::CellPlan;
 use super::cells::records::{NodeCount, NodeMeasure};
-use super::chunks::table_bytes;
-use super::finish::SPAN;
+use super::chunked::table_bytes;
+use super::fill::SPAN;
 use super::plan::{Plan, Shape};
 use super::records::{EdgeCorner, Link, LocalCount, MeasureRecord, Patch};
 use super::stars::records::Part;

@@ -7,7 +7,7 @@
 //! Memory: none of its own. I/O: none.
 
 use super::cells::names::Names;
-use super::chunks::Chunked;
+use super::chunked::Chunked;
 use super::records::EdgeCorner;
 use crate::corner::Index;
 

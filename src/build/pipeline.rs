@@ -1,37 +1,25 @@
 //! The order of the passes, what each hands to the next, and what each cost.
 
 use super::arrays::OutArray;
-use super::by_cells::{by_cells, settled_by};
+use super::by_cells::{StepNames, by_cells, steps_of};
+use super::clock::{Clock, PassReport};
 use super::coords::{Placed, array_of, place};
-use super::in_order::{CHUNKED, in_order};
+use super::in_order::{CHUNKED, DECIDED, SCANNED, in_order};
 use super::plan::{Plan, Shape, Strategy};
 use super::records::narrow;
 use super::room::{check_after_read, with_need};
 use super::scan::count_ids;
-use super::steps::{OPENED, Opened, Steps};
+use super::steps::Opened;
 use super::way::{Kind, Way, choose};
 use super::{Job, staging::Staging};
 use crate::chunk::grid::Bounds;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
-use crate::disk::journal::{Keep, Pen};
-use crate::disk::{DataFile, IoCount, Workspace};
+use crate::disk::DataFile;
 use crate::error::{Error, Result};
 use crate::folder::{self, Counts, FileEntry, Manifest, Measures, Orient, WarmSums};
 use crate::input::{CoordKind, Mesh};
 use std::path::Path;
-use std::time::Instant;
-
-/// What one pass cost.
-#[derive(Clone, Debug)]
-pub struct PassReport {
-    /// Its name.
-    pub name: &'static str,
-    /// Wall time in seconds.
-    pub seconds: f64,
-    /// Bytes read and written, scratch included.
-    pub io: IoCount,
-}
 
 /// What a build did.
 #[derive(Clone, Debug)]
@@ -50,94 +38,6 @@ pub struct BuildReport {
     pub local_components: u64,
     /// Triangles of a chunk.
     pub chunk_triangles: u64,
-}
-
-/// Measures passes as they run.
-pub struct Clock<'a> {
-    ws: &'a Workspace,
-    steps: Steps,
-    passes: Vec<PassReport>,
-}
-
-impl<'a> Clock<'a> {
-    /// A clock before the first pass.
-    pub fn new(ws: &'a Workspace, steps: Steps) -> Self {
-        Clock {
-            ws,
-            steps,
-            passes: Vec::new(),
-        }
-    }
-
-    /// The workspace.
-    pub fn workspace(&self) -> &'a Workspace {
-        self.ws
-    }
-
-    /// The opened mesh of a build that was stopped, if it left one in `dir`.
-    ///
-    /// # Errors
-    /// As [`Steps::take_up`].
-    pub fn take_up(&mut self, dir: &Path) -> Result<Option<Opened>> {
-        self.steps.take_up(self.ws, dir)
-    }
-
-    /// The result of a step that a stopped build left.
-    ///
-    /// # Errors
-    /// As [`Steps::restored`].
-    pub fn restored<T: Keep>(&mut self, step: &str) -> Result<Option<T>> {
-        self.steps.restored(step)
-    }
-
-    /// A step is done: its result is written down when enough is at stake.
-    ///
-    /// # Errors
-    /// [`Error::Io`].
-    pub fn done<T: Keep>(&mut self, step: &str, opened: &Opened, result: &T) -> Result<()> {
-        self.steps.done(self.ws, step, &|pen| {
-            opened.keep(pen)?;
-            result.keep(pen)
-        })
-    }
-
-    /// What was written down behind the opened mesh will be changed in place.
-    ///
-    /// # Errors
-    /// [`Error::Io`].
-    pub fn back(&mut self, opened: &Opened) -> Result<()> {
-        self.steps.back(self.ws, opened)
-    }
-
-    /// Runs and measures one pass of `total` units.
-    ///
-    /// # Errors
-    /// Those of the pass.
-    pub fn pass<T>(
-        &mut self,
-        name: &'static str,
-        unit: &'static str,
-        total: u64,
-        run: impl FnOnce() -> Result<T>,
-    ) -> Result<T> {
-        let (start, before) = (Instant::now(), self.ws.io.now());
-        self.ws.progress.begin(name, unit, total);
-        let usage = || (self.ws.budget.used(), self.ws.scratch.used());
-        self.ws.progress.usage(usage().0, usage().1);
-        let done = self.ws.io.intact(run());
-        self.ws.progress.usage(usage().0, usage().1);
-        self.ws.progress.end();
-        let after = self.ws.io.now();
-        self.passes.push(PassReport {
-            name,
-            seconds: start.elapsed().as_secs_f64(),
-            io: IoCount {
-                read: after.read - before.read,
-                written: after.written - before.written,
-            },
-        });
-        done
-    }
 }
 
 /// What the pipeline is given besides the mesh.
@@ -165,7 +65,7 @@ pub struct Wishes {
 /// # Errors
 /// Those of the passes.
 pub fn settle_in(clock: &mut Clock, mesh: Mesh, wishes: &Wishes, dir: &Path) -> Result<Opened> {
-    let ws = clock.ws;
+    let ws = clock.workspace();
     let kind = mesh.g.as_ref().map(|g| wishes.coords.unwrap_or(g.kind));
     let placed = match (&mesh.g, kind) {
         (Some(g), Some(kind)) => {
@@ -184,8 +84,7 @@ pub fn settle_in(clock: &mut Clock, mesh: Mesh, wishes: &Wishes, dir: &Path) -> 
         placed,
         vertices,
     };
-    let keep = |pen: &mut Pen| opened.keep(pen);
-    clock.steps.done(ws, OPENED, &keep)?;
+    clock.opened(&opened)?;
     Ok(opened)
 }
 
@@ -199,7 +98,7 @@ pub fn run(
     wishes: &Wishes,
     staging: &mut Staging,
 ) -> Result<BuildReport> {
-    let ws = clock.ws;
+    let ws = clock.workspace();
     let (mesh, vertices) = (&opened.mesh, opened.vertices);
     let placed = opened.placed.as_ref();
     let kind = placed.map(|placed| placed.array.kind);
@@ -259,7 +158,7 @@ pub fn run(
     clock.pass("rename", "", 0, || staging.finish())?;
     Ok(BuildReport {
         manifest,
-        passes: clock.passes,
+        passes: clock.passes(),
         peak_budget: ws.budget.peak(),
         peak_scratch: ws.scratch.peak(),
         seam_corners,
@@ -294,7 +193,7 @@ fn vertex_count(clock: &mut Clock, mesh: &Mesh) -> Result<u64> {
         (Some(g), _) => g.vertices,
         (None, Some(n)) => n,
         (None, None) => {
-            let ws = clock.ws;
+            let ws = clock.workspace();
             clock.pass("count ids", "triangles", mesh.v.triangles, || {
                 count_ids(ws, mesh)
             })?
@@ -332,15 +231,19 @@ fn passes<I: Index, W: Index, X: Coord>(
     job: &Job,
     bounds: &Bounds,
 ) -> Result<Built> {
-    let mut way = match clock.steps.left() {
-        Some(CHUNKED) => Way::InOrder { whatever: true },
-        Some(step) if step == settled_by(Kind::Place) => Way::Cells(Kind::Place),
-        Some(step) if step == settled_by(Kind::Id) => Way::Cells(Kind::Id),
-        _ => {
-            let way = choose::<I>(job)?;
-            check_after_read(job, way)?;
-            way
-        }
+    let left = clock.left().unwrap_or_default();
+    let among = |kind: &Kind| {
+        let StepNames { dealt, settled } = steps_of(*kind);
+        [dealt, settled].contains(&left)
+    };
+    let mut way = if [SCANNED, CHUNKED, DECIDED].contains(&left) {
+        Way::InOrder { whatever: true }
+    } else if let Some(kind) = [Kind::Place, Kind::Id].into_iter().find(among) {
+        Way::Cells(kind)
+    } else {
+        let way = choose::<I>(job)?;
+        check_after_read(job, way)?;
+        way
     };
     loop {
         let done = match way {

@@ -14,7 +14,7 @@
 //!
 //! Memory: none. I/O: none.
 
-use super::chunks::table_bytes;
+use super::chunked::table_bytes;
 use super::load::{Load, PassPrediction};
 use super::phases::{Phase, phases};
 use super::plan::{Plan, Shape};

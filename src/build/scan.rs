@@ -15,6 +15,7 @@ use super::arrays::TriangleReader;
 use super::first_read::{first_read, seen};
 use crate::chunk::ids::LocalIds;
 use crate::corner::Index;
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::disk::{Budget, Lease, Workspace};
 use crate::error::Result;
 use crate::input::Mesh;
@@ -69,6 +70,22 @@ impl Seams {
             Some(first) => out.extend((0..ids.span() as u64).map(|i| self.is_seam(first + i))),
             None => out.extend(ids.table().iter().map(|&id| self.is_seam(id))),
         }
+    }
+}
+
+impl Keep for Seams {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        to.number(self.bits)?;
+        to.words(&self.words)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Seams> {
+        let bits = from.number()?;
+        Ok(Seams {
+            _lease: from.budget.lease("seam marks", bits / 8)?,
+            words: from.words()?,
+            bits,
+        })
     }
 }
 

@@ -9,27 +9,57 @@
 //! a link for each regular edge written to scratch, a word for each border.
 
 use super::appender::{Appender, BLOCK};
-use super::chunks::Settled;
+use super::chunked::Settled;
 use super::records::{EdgeCorner, Link, Patch};
 use super::{Job, conserve};
 use crate::corner::Index;
 use crate::disk::ScratchFile;
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::error::Result;
 use crate::shuffle::{Buckets, Shuffle, Writer};
 use std::sync::Mutex;
+use std::time::Instant;
 
-/// What the seam pass reads and where it writes.
-pub struct Seaming<'a, W: Index> {
+/// What the seam pass reads and where it writes, and how far it is.
+pub struct Seaming<W: Index> {
     /// The corners to settle.
-    pub edges: &'a Buckets<EdgeCorner<W>>,
+    pub edges: Buckets<EdgeCorner<W>>,
     /// Corners on non-manifold edges.
-    pub cuts: &'a Shuffle<EdgeCorner<W>>,
+    pub cuts: Shuffle<EdgeCorner<W>>,
     /// Opposites to fill into O, by triangle.
-    pub patches: &'a Shuffle<Patch<W>>,
+    pub patches: Shuffle<Patch<W>>,
     /// [`Link`]s between local components.
-    pub links: &'a ScratchFile,
+    pub links: ScratchFile,
     /// For each border edge, its local component.
-    pub borders: &'a ScratchFile,
+    pub borders: ScratchFile,
+    /// Totals of what was settled so far; `spilled` are the corners that came.
+    pub settled: Settled,
+    /// Buckets of corners that were settled.
+    pub done: u64,
+}
+
+impl<W: Index> Keep for Seaming<W> {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        self.edges.keep(to)?;
+        self.cuts.keep(to)?;
+        self.patches.keep(to)?;
+        to.file(&self.links)?;
+        to.file(&self.borders)?;
+        self.settled.keep(to)?;
+        to.number(self.done)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Seaming<W>> {
+        Ok(Seaming {
+            edges: Buckets::restore(from)?,
+            cuts: Shuffle::restore(from)?,
+            patches: Shuffle::restore(from)?,
+            links: from.file()?,
+            borders: from.file()?,
+            settled: Settled::restore(from)?,
+            done: from.number()?,
+        })
+    }
 }
 
 /// One thread's outputs, and the edge whose corners are arriving.
@@ -42,43 +72,54 @@ struct Thread<'a, W: Index, C> {
     group: [EdgeCorner<W>; 2],
     seen: u64,
     settled: Settled,
-    /// Corners that came, and those of them on non-manifold edges.
-    corners: [u64; 2],
+    /// Corners on non-manifold edges.
+    cut: u64,
     call: &'a C,
 }
 
-/// Runs the seam pass; `call` says how links and borders call a corner's local component.
+/// Runs the seam pass from where it stopped, until all is settled or `until` is past; true when all
+/// is. `call` says how links and borders call a corner's local component.
 ///
 /// # Errors
 /// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`].
 pub fn seams<W: Index, C: Fn(&EdgeCorner<W>) -> u64 + Sync>(
     job: &Job,
-    seaming: &Seaming<W>,
-    patch_writer: u64,
+    seaming: &mut Seaming<W>,
+    until: Option<Instant>,
     call: C,
-) -> Result<Settled> {
+) -> Result<bool> {
     let ws = job.ws;
     let threads = ws.workers.count() as u64;
-    let edges = seaming.edges;
-    let settled = Mutex::new((Settled::default(), 0));
+    let Seaming {
+        edges,
+        cuts,
+        patches,
+        links,
+        borders,
+        settled,
+        done,
+    } = seaming;
+    let (edges, cuts, patches) = (&*edges, &*cuts, &*patches);
+    let total = Mutex::new(settled);
     let _blocks = ws
         .budget
         .lease("seam buffers", threads * 2 * BLOCK as u64)?;
     // The writers lease theirs as they start; what is left is for sorting.
-    let writers = threads * (job.plan.writer + patch_writer);
+    let writers = threads * (job.plan.writer + patches.writer_bytes());
     let memory = job.sort_memory(writers);
-    ws.workers.run(
-        edges.count(),
+    *done = ws.workers.round(
+        *done..edges.count(),
+        until,
         || {
             let thread = Thread {
-                patches: seaming.patches.writer()?,
-                cuts: seaming.cuts.writer()?,
-                links: Appender::new(seaming.links),
-                borders: Appender::new(seaming.borders),
+                patches: patches.writer()?,
+                cuts: cuts.writer()?,
+                links: Appender::new(links),
+                borders: Appender::new(borders),
                 group: [EdgeCorner::new((0, 0), 0, 0, false, 0, false); 2],
                 seen: 0,
                 settled: Settled::default(),
-                corners: [0; 2],
+                cut: 0,
                 call: &call,
             };
             Ok((edges.sorter(memory)?, thread))
@@ -96,20 +137,22 @@ pub fn seams<W: Index, C: Fn(&EdgeCorner<W>) -> u64 + Sync>(
             thread.links.flush()?;
             thread.borders.flush()?;
             let own = &thread.settled;
-            let [came, cut] = thread.corners;
-            let found = own.borders + 2 * own.regular + cut;
-            conserve("seams", "corners of a thread", came, found)?;
-            let mut all = settled.lock().unwrap_or_else(|e| e.into_inner());
-            all.0.merge(own);
-            all.1 += came;
-            drop(all);
+            let found = own.borders + 2 * own.regular + thread.cut;
+            conserve("seams", "corners of a thread", own.spilled, found)?;
+            total.lock().unwrap_or_else(|e| e.into_inner()).merge(own);
             thread.patches.finish()?;
             thread.cuts.finish()
         },
     )?;
-    let (settled, came) = settled.into_inner().unwrap_or_else(|e| e.into_inner());
-    conserve("seams", "corners", edges.records(), came)?;
-    Ok(settled)
+    let all = *done == edges.count();
+    if all {
+        let came = total
+            .into_inner()
+            .unwrap_or_else(|e| e.into_inner())
+            .spilled;
+        conserve("seams", "corners", edges.records(), came)?;
+    }
+    Ok(all)
 }
 
 impl<W: Index, C: Fn(&EdgeCorner<W>) -> u64> Thread<'_, W, C> {
@@ -120,17 +163,17 @@ impl<W: Index, C: Fn(&EdgeCorner<W>) -> u64> Thread<'_, W, C> {
         match self.seen {
             0 | 1 => self.group[self.seen as usize] = *corner,
             2 => {
-                self.corners[1] += 3;
+                self.cut += 3;
                 self.cuts.push(self.group[0])?;
                 self.cuts.push(self.group[1])?;
                 self.cuts.push(*corner)?;
             }
             _ => {
-                self.corners[1] += 1;
+                self.cut += 1;
                 self.cuts.push(*corner)?;
             }
         }
-        self.corners[0] += 1;
+        self.settled.spilled += 1;
         self.seen += 1;
         Ok(())
     }

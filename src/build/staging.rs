@@ -2,7 +2,7 @@
 //! folder is renamed.
 //!
 //! ```text
-//!   .NAME.partial/lock      held by the process that builds; its number
+//!   .NAME.partial/lock      held by the process that builds; a mark and its number
 //!                 out/      becomes NAME
 //!                 scratch/  scratch files, unless they lie elsewhere
 //!                 state     what a build that was stopped goes on from
@@ -18,27 +18,19 @@
 //! Why a lock: two builds of one target never meet, and what a killed one left is known for dead
 //! (see [`Lock`]). A build that fails removes what it made, unless it can be gone on with.
 
+use super::working::{ROOMS, STATE, discard_rooms, joined, parent, room_name, rooms_of, work_of};
 use crate::disk::{Fleeting, Lock, Tried, discard, discard_dead, fs, go_on};
 use crate::error::{Error, Result};
 use crate::folder;
-use std::ffi::{OsStr, OsString};
 use std::io::ErrorKind;
-use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 
 /// The folder that will be the target.
 const OUT: &str = "out";
 /// The folder of scratch files.
 const SCRATCH: &str = "scratch";
-/// What a stopped build goes on from.
-const STATE: &str = "state";
 /// What the target was.
 const REPLACED: &str = "replaced";
-/// The folders of scratch files that lie elsewhere, each ended by a zero.
-const ROOMS: &str = "rooms";
-/// The most bytes of that list.
-const MOST_ROOMS: u64 = 1 << 20;
-
 /// A folder that is removed on drop unless it was put in its place, or its state is kept.
 #[derive(Debug)]
 pub struct Staging {
@@ -173,14 +165,11 @@ impl Staging {
             return Ok(vec![self.scratch()]);
         }
         let real = fs::canonicalize(&self.work).map_err(|e| Error::io(&self.work, "find it", e))?;
-        let sum = xxhash_rust::xxh3::xxh3_64(real.as_os_str().as_encoded_bytes());
+        let name = room_name(&self.target, &real);
         let mut rooms: Vec<PathBuf> = Vec::new();
         for dir in dirs {
-            let mut name = OsString::from(".");
-            name.push(self.target.file_name().unwrap_or_default());
-            name.push(format!(".scratch-{sum:016x}"));
             let dir = fs::canonicalize(dir).map_err(|e| Error::io(dir, "find it", e))?;
-            let room = dir.join(name);
+            let room = dir.join(&name);
             // A folder that was given twice is one.
             if !rooms.contains(&room) {
                 rooms.push(room);
@@ -295,49 +284,6 @@ impl Drop for Staging {
     }
 }
 
-/// The file of the state that a stopped build of `target` leaves, if it leaves one.
-pub fn state_of(target: &Path) -> PathBuf {
-    work_of(target).join(STATE)
-}
-
-/// The working folder of a target.
-fn work_of(target: &Path) -> PathBuf {
-    let mut name = OsString::from(".");
-    name.push(target.file_name().unwrap_or_default());
-    name.push(".partial");
-    parent(target).join(name)
-}
-
-/// The folders of scratch files that the build of a working folder has elsewhere.
-fn rooms_of(work: &Path) -> Vec<PathBuf> {
-    let bytes = fs::read_up_to(&work.join(ROOMS), MOST_ROOMS).unwrap_or_default();
-    let paths = bytes
-        .split(|&byte| byte == 0)
-        .filter(|path| !path.is_empty());
-    paths
-        .map(|path| PathBuf::from(OsStr::from_bytes(path)))
-        .collect()
-}
-
-fn joined(rooms: &[PathBuf]) -> Vec<u8> {
-    let paths = rooms
-        .iter()
-        .flat_map(|room| [room.as_os_str().as_bytes(), b"\0"]);
-    paths.collect::<Vec<_>>().concat()
-}
-
-/// Removes the folders of scratch files that a dead build had elsewhere.
-fn discard_rooms(work: &Path) {
-    let ours = |room: &PathBuf| {
-        let name = room.file_name().unwrap_or_default().as_bytes();
-        name.starts_with(b".") && name.windows(9).any(|part| part == b".scratch-")
-    };
-    rooms_of(work)
-        .iter()
-        .filter(|room| ours(room))
-        .for_each(|room| discard_dead(room));
-}
-
 /// Two builds of one target.
 fn at_work(target: &Path, by: Option<u32>) -> Error {
     let who = by.map_or("another process".into(), |pid| format!("process {pid}"));
@@ -396,14 +342,6 @@ fn check_replaceable(target: &Path, force: bool, spare: &[PathBuf]) -> Result<()
         return refuse(&format!("holds {}, which this build uses", path.display()));
     }
     Ok(())
-}
-
-/// The folder that a path lies in.
-pub fn parent(path: &Path) -> &Path {
-    match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    }
 }
 
 /// Makes the names in a folder durable.

@@ -6,6 +6,9 @@
 //! written down is all that is needed, and what led to it is never asked for. Only the opened mesh is
 //! needed by all, so it leads every journal.
 //!
+//! A step that is followed by a long pass is written down with as much of that pass as is done, at
+//! each of its stops; so what is read back is behind the step, or further.
+//!
 //! Why it costs nothing that matters: a result is written down only when so much work would be
 //! lost without it that waiting for the device is little beside it.
 //!
@@ -13,7 +16,8 @@
 
 use super::arrays::OutArray;
 use super::coords::{Placed, array_of};
-use super::staging::{parent, sync_dir};
+use super::staging::sync_dir;
+use super::working::parent;
 use crate::chunk::grid::Bounds;
 use crate::disk::journal::{Keep, Pen, Reader, check_length};
 use crate::disk::{DataFile, Workspace, fs};
@@ -58,6 +62,8 @@ pub struct Steps {
     /// Work at stake that is worth being written down; never, when there is none.
     every: Option<Duration>,
     since: Instant,
+    /// What the last writing took.
+    took: Duration,
     left: Option<(String, Reader)>,
     /// The step written down last.
     written: Option<String>,
@@ -71,6 +77,7 @@ impl Steps {
             identity,
             every,
             since: Instant::now(),
+            took: Duration::ZERO,
             left: None,
             written: None,
         }
@@ -139,27 +146,63 @@ impl Steps {
         }
     }
 
+    /// The moment from which so much is at stake that it is written down; never, when there is
+    /// none. Writing that takes long is done the less often, so that it stays beside the work.
+    pub fn until(&self) -> Option<Instant> {
+        let seconds = u32::try_from(self.took.as_secs()).unwrap_or(u32::MAX);
+        let work = self.every?.saturating_mul(seconds.max(1));
+        self.since.checked_add(work)
+    }
+
     /// Writes down the result of a step, when enough is at stake.
     ///
     /// # Errors
     /// [`Error::Io`].
     pub fn done(&mut self, ws: &Workspace, step: &str, keep: Keeping) -> Result<()> {
-        if self
-            .every
-            .is_some_and(|every| self.since.elapsed() >= every)
-        {
-            match self.write(ws, step, keep) {
-                // The build may have room where its state has none.
-                Err(e) if e.is_no_space() => {
-                    let _ = fs::remove_file(self.state.with_extension("new"));
-                    ws.progress
-                        .note(&format!("not kept for --resume behind {step}: {e}"));
-                    self.since = Instant::now();
-                }
-                done => done?,
-            }
+        if self.due() {
+            self.try_write(ws, step, keep)?;
         }
         Ok(())
+    }
+
+    /// Writes down the result of a step, however little is at stake; false when there is no room.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn put<T: Keep>(
+        &mut self,
+        ws: &Workspace,
+        step: &str,
+        opened: &Opened,
+        result: &T,
+    ) -> Result<bool> {
+        self.try_write(ws, step, &|pen| {
+            opened.keep(pen)?;
+            result.keep(pen)
+        })
+    }
+
+    /// Whether something behind the opened mesh is written down, or is to be by now.
+    pub fn at_stake(&self) -> bool {
+        self.due() || !matches!(self.written.as_deref(), None | Some(OPENED))
+    }
+
+    fn due(&self) -> bool {
+        self.until().is_some_and(|until| Instant::now() >= until)
+    }
+
+    fn try_write(&mut self, ws: &Workspace, step: &str, keep: Keeping) -> Result<bool> {
+        match self.write(ws, step, keep) {
+            // The build may have room where its state has none.
+            Err(e) if e.is_no_space() => {
+                let _ = fs::remove_file(self.state.with_extension("new"));
+                ws.progress
+                    .note(&format!("not kept for --resume behind {step}: {e}"));
+                self.since = Instant::now();
+                Ok(false)
+            }
+            done => done.map(|()| true),
+        }
     }
 
     fn write(&mut self, ws: &Workspace, step: &str, keep: Keeping) -> Result<()> {
@@ -169,11 +212,13 @@ impl Steps {
         };
         let line = serde_json::to_string(&line)
             .map_err(|e| Error::Internal(format!("a line that is no JSON: {e}")))?;
+        let start = Instant::now();
         let mut pen = Pen::new(&self.state, &ws.scratch, &line)?;
         keep(&mut pen)?;
         pen.finish()?;
         self.written = Some(step.to_owned());
         self.since = Instant::now();
+        self.took = start.elapsed();
         Ok(())
     }
 
@@ -283,5 +328,33 @@ impl Keep for OutArray {
             descr,
             shape,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn writing_that_takes_long_is_done_less_often() {
+        let steps = |every, took| Steps {
+            took,
+            ..Steps::new(PathBuf::new(), Identity::new(), every)
+        };
+        let second = Duration::from_secs(1);
+        let work = |every: Option<Duration>, took| {
+            let steps = steps(every, took);
+            steps.until().map(|until| until - steps.since)
+        };
+        let every = Some(20 * second);
+        assert_eq!(work(every, Duration::ZERO), every);
+        assert_eq!(work(every, second / 2), every);
+        assert_eq!(work(every, 3 * second), Some(60 * second));
+        assert_eq!(work(Some(Duration::ZERO), 3 * second), Some(Duration::ZERO));
+        // Never, also when that is longer than there are moments.
+        assert_eq!(work(None, second), None);
+        assert_eq!(work(Some(Duration::MAX), second), None);
+        assert!(steps(Some(Duration::ZERO), second).at_stake());
+        assert!(!steps(every, second).at_stake());
     }
 }

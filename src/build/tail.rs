@@ -5,10 +5,11 @@
 
 use super::Job;
 use super::arrays::OutArray;
-use super::chunks::Settled;
+use super::chunked::Settled;
+use super::clock::Clock;
 use super::finish::Tables;
 use super::nodes::Nodes;
-use super::pipeline::{Built, Clock};
+use super::pipeline::Built;
 use super::stars::Starred;
 use super::stars::spill::Spilled;
 use crate::chunk::grid::Bounds;
@@ -187,4 +188,24 @@ impl Marked {
 
 fn create<I: Index>(job: &Job, name: &'static str, shape: &[u64], row: u64) -> Result<OutArray> {
     OutArray::create(job.dir, name, I::DESCR, shape, row, job.ws)
+}
+
+impl Built {
+    /// As the last pass takes them.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] when one is not there.
+    pub fn tables(&self) -> Result<Tables<'_>> {
+        let find = |name| {
+            let array = self.files.iter().find(|array| array.name == name);
+            array.ok_or_else(|| Error::Internal(format!("{name} was not made")))
+        };
+        Ok(Tables {
+            v: find(folder::V)?,
+            o: find(folder::O)?,
+            component: find(folder::COMPONENT)?,
+            flipped: find(folder::FLIPPED)?,
+            degenerate: find(folder::DEGENERATE)?,
+        })
+    }
 }

@@ -70,7 +70,7 @@ pub struct BuildArgs {
     #[command(flatten)]
     work: WorkArgs,
     #[arg(long, hide = true)]
-    checkpoint: Option<u64>,
+    checkpoint: Option<f64>,
     #[arg(long, hide = true)]
     chunk_triangles: Option<u64>,
     #[arg(long, hide = true)]
@@ -272,7 +272,7 @@ fn builder(args: &BuildArgs) -> Builder {
         builder = builder.positions(positions);
     }
     if let Some(seconds) = args.checkpoint {
-        builder = builder.checkpoint(Some(Duration::from_secs(seconds)));
+        builder = builder.checkpoint(Duration::try_from_secs_f64(seconds).ok());
     }
     if let Some(chunk) = args.chunk_triangles {
         builder = builder.chunk_triangles(chunk);

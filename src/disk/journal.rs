@@ -25,6 +25,7 @@ use std::io::{BufRead, BufReader, BufWriter, Read, Write};
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use xxhash_rust::xxh3::Xxh3;
 
 /// A state that can be written down and gone on with.
@@ -110,6 +111,17 @@ impl Pen {
         go_on()?;
         self.number(items.len() as u64)?;
         self.bytes(bytemuck::cast_slice(items))
+    }
+
+    /// Words that threads share, as a list of plain ones.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn words(&mut self, words: &[AtomicU64]) -> Result<()> {
+        go_on()?;
+        self.number(words.len() as u64)?;
+        let mut each = words.iter().map(|word| word.load(Ordering::Relaxed));
+        each.try_for_each(|word| self.number(word))
     }
 
     /// Text.
@@ -257,6 +269,14 @@ impl Reader {
         let mut items = vec![T::zeroed(); count as usize];
         self.fill(bytemuck::cast_slice_mut(&mut items))?;
         Ok(items)
+    }
+
+    /// Words that threads share. The caller has leased them.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn words(&mut self) -> Result<Vec<AtomicU64>> {
+        Ok(self.list()?.into_iter().map(AtomicU64::new).collect())
     }
 
     /// Text.

@@ -7,6 +7,9 @@
 //! for dead and remove it; so whoever has locked looks whether its file still has its name, and
 //! else begins again.
 //!
+//! Why nothing of others is taken for dead: a lock begins with a mark before anything else is in its
+//! folder. A folder with something in it whose lock bears no mark is somebody's.
+//!
 //! Memory: a descriptor. I/O: a few bytes.
 
 use super::fs;
@@ -14,12 +17,14 @@ use super::stop::Fleeting;
 use crate::error::{Error, Result};
 use rustix::fs::{FlockOperation, OFlags, flock};
 use std::fs::{File, Metadata};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 /// The name of the lock in a folder that has one.
 const NAME: &str = "lock";
+/// What a lock begins with; the number of its process follows.
+const MARK: &str = "cornermill ";
 /// Files and folders that live as long as a command begin with this.
 pub const PREFIX: &str = ".cornermill-";
 /// Files that will get another name end with this.
@@ -69,40 +74,49 @@ impl Lock {
             };
             if try_lock(&file, &path)? == Some(false) {
                 let holder = std::fs::read_to_string(&path).ok();
-                return Ok(Tried::Held(holder.and_then(|t| t.trim().parse().ok())));
+                let number = holder.and_then(|text| {
+                    let number = text.strip_prefix(MARK)?.trim();
+                    number.parse().ok()
+                });
+                return Ok(Tried::Held(number));
             }
             if !is_named(&file, &path) {
                 continue;
             }
-            let number = format!("{}\n", std::process::id());
+            let line = format!("{MARK}{}\n", std::process::id());
+            // On the device before anything that a power cut may leave beside it.
             file.set_len(0)
-                .and_then(|()| file.write_all(number.as_bytes()))
+                .and_then(|()| file.write_all(line.as_bytes()))
+                .and_then(|()| file.sync_all())
                 .map_err(|e| Error::io(&path, "write to the lock", e))?;
             return Ok(Tried::Taken(Lock { _file: file }));
         }
     }
 }
 
-/// Refuses to take a folder that is not one of these: a link, a file, or a folder of somebody's
-/// without a lock.
+/// Refuses to take a folder that is not one of these: a link, a file, or a folder of somebody's.
 fn check_ours(dir: &Path) -> Result<()> {
-    let in_the_way = || {
-        let what = "is in the way of a working folder of that name; rename or remove it";
-        Err(Error::Usage(format!("{} {what}", dir.display())))
+    let folder = dir.symlink_metadata().map_or(true, |meta| meta.is_dir());
+    // Whoever had it may be removing it: the second look finds nothing.
+    if folder && (is_ours(dir) || is_ours(dir)) {
+        return Ok(());
+    }
+    let what = "is in the way of a working folder of that name: it has no lock that says that it is \
+                one; rename or remove it";
+    Err(Error::Usage(format!("{} {what}", dir.display())))
+}
+
+/// Whether a folder is empty, but for a lock perhaps, or has a lock that bears the mark.
+fn is_ours(dir: &Path) -> bool {
+    let others = |list: std::fs::ReadDir| list.flatten().any(|entry| entry.file_name() != NAME);
+    // The list first: a process that makes the folder just now marks the lock before all else.
+    let empty = !fs::read_dir(dir).is_ok_and(others);
+    let mark = || {
+        let mut mark = [0; MARK.len()];
+        let file = open_plain(&dir.join(NAME), File::options().read(true));
+        file.is_ok_and(|mut file| file.read_exact(&mut mark).is_ok()) && mark == MARK.as_bytes()
     };
-    match dir.symlink_metadata() {
-        Ok(meta) if !meta.is_dir() => return in_the_way(),
-        _ => {}
-    }
-    let locked = dir.join(NAME).symlink_metadata().is_ok();
-    // The lock goes last, so nothing of ours is without one.
-    if !locked && fs::read_dir(dir).is_ok_and(|mut list| list.next().is_some()) {
-        // It may have been locked by another process just now.
-        if dir.join(NAME).symlink_metadata().is_err() {
-            return in_the_way();
-        }
-    }
-    Ok(())
+    empty || mark()
 }
 
 /// Opens a regular file: a link is not followed, and a pipe not waited for.
@@ -248,6 +262,9 @@ fn sweep_file(path: &Path) {
 
 fn sweep_folder(dir: &Path) {
     let path = dir.join(NAME);
+    if !is_ours(dir) {
+        return;
+    }
     let Ok(file) = open_plain(&path, File::options().read(true)) else {
         // Just made, or nearly removed: only an empty folder goes.
         let _ = std::fs::remove_dir(dir);
@@ -269,8 +286,11 @@ mod tests {
         let alive = TempFolder::new(dir.path(), "test").unwrap();
         let dead = dir.path().join(".cornermill-test-dead");
         fs::create_dir(&dead).unwrap();
-        for name in ["lock", "data"] {
-            fs::write(dead.join(name), "1\n").unwrap();
+        let foreign = dir.path().join(".cornermill-test-foreign");
+        fs::create_dir(&foreign).unwrap();
+        for (folder, lock) in [(&dead, "cornermill 1\n"), (&foreign, "1\n")] {
+            fs::write(folder.join("lock"), lock).unwrap();
+            fs::write(folder.join("data"), "1\n").unwrap();
         }
         let empty = dir.path().join(".cornermill-empty");
         fs::create_dir(&empty).unwrap();
@@ -284,6 +304,9 @@ mod tests {
         sweep(dir.path());
         assert!(alive.path().join("lock").is_file());
         assert!(!dead.exists() && !empty.exists() && file.exists());
+        // A lock that somebody else has made, in a folder of such a name.
+        assert!(foreign.join("data").is_file());
+        assert!(Lock::of_folder(&foreign).is_err());
         assert!(others.iter().all(|path| path.exists()));
         drop(held);
         sweep(dir.path());

@@ -2,12 +2,15 @@
 //!
 //! Why errors do not depend on timing: units are handed out in ascending order, so when one
 //! fails all smaller ones were handed out before it and run to their end; the error of the
-//! smallest failing unit is the one returned.
+//! smallest failing unit is the one returned. For the same reason a round that stops has done all
+//! units before the first that it has not.
 
 use super::go_on;
 use crate::error::{Error, Result};
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Instant;
 
 /// A pool of threads.
 #[derive(Debug)]
@@ -45,7 +48,23 @@ impl Workers {
         work: impl Fn(&mut S, u64) -> Result<()> + Sync,
         close: impl Fn(S) -> Result<()> + Sync,
     ) -> Result<()> {
-        let next = AtomicU64::new(0);
+        self.round(0..units, None, start, work, close).map(|_| ())
+    }
+
+    /// The same for `units`, until all are done or `until` is past, but one for each thread at
+    /// least. Returns the first that was not done: all before it are, and none behind it.
+    ///
+    /// # Errors
+    /// As [`run`](Workers::run).
+    pub fn round<S>(
+        &self,
+        units: Range<u64>,
+        until: Option<Instant>,
+        start: impl Fn() -> Result<S> + Sync,
+        work: impl Fn(&mut S, u64) -> Result<()> + Sync,
+        close: impl Fn(S) -> Result<()> + Sync,
+    ) -> Result<u64> {
+        let next = AtomicU64::new(units.start);
         let stop = AtomicBool::new(false);
         let failed: Mutex<Option<(u64, Error)>> = Mutex::new(None);
         let fail = |unit: u64, error: Error| {
@@ -65,11 +84,14 @@ impl Workers {
                     return;
                 }
                 let unit = next.fetch_add(1, Ordering::Relaxed);
-                if unit >= units {
+                if unit >= units.end {
                     break;
                 }
                 if let Err(e) = go_on().and_then(|()| work(&mut state, unit)) {
                     return fail(unit, e);
+                }
+                if until.is_some_and(|until| Instant::now() >= until) {
+                    break;
                 }
             }
             if let Err(e) = close(state) {
@@ -80,7 +102,7 @@ impl Workers {
         self.pool.broadcast(|_| body());
         match failed.into_inner().unwrap_or_else(|e| e.into_inner()) {
             Some((_, error)) => Err(error),
-            None => Ok(()),
+            None => Ok(next.into_inner().min(units.end)),
         }
     }
 }
@@ -115,5 +137,29 @@ mod tests {
         for _ in 0..20 {
             assert_eq!(run(50).unwrap_err().to_string(), "49");
         }
+    }
+
+    #[test]
+    fn rounds_do_what_lies_before_their_end() {
+        let workers = Workers::new(3).unwrap();
+        let done = Mutex::new(Vec::new());
+        let (mut next, mut rounds) = (5, 0);
+        while next < 105 {
+            let now = Some(Instant::now());
+            let work = |_: &mut (), unit| {
+                done.lock().unwrap().push(unit);
+                Ok(())
+            };
+            let before = next;
+            next = workers
+                .round(before..105, now, || Ok(()), work, |()| Ok(()))
+                .unwrap();
+            assert!(next > before && next <= before + 3);
+            let mut all = done.lock().unwrap().clone();
+            all.sort_unstable();
+            assert!(all.into_iter().eq(5..next));
+            rounds += 1;
+        }
+        assert!((34..=100).contains(&rounds), "{rounds}");
     }
 }

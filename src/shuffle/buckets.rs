@@ -8,97 +8,21 @@
 //! leases. I/O: one read for each run, once more for a bucket that must be split.
 
 use super::Record;
+use super::held::Held;
+use super::keep::Parts;
 use super::layout::Layout;
-use super::runs::{Run, Runs};
+use super::runs::Run;
 use super::sorter::Sorter;
 use super::writer::lock;
 use crate::disk::journal::{Pen, Reader};
 use crate::disk::{Budget, Lease, Scratch, ScratchFile};
 use crate::error::{Error, Result};
-use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// A shuffle of so many bytes may have left the page cache when it is read.
 const FAR: u64 = 1 << 30;
-
-/// What a writer handed in.
-pub(super) enum Held<R> {
-    /// Runs in scratch files.
-    Spilled { runs: Runs, _lease: Lease },
-    /// Records in memory.
-    Kept { records: Resident<R>, _lease: Lease },
-}
-
-/// Consecutive records of one bucket in kept memory.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(super) struct Kept {
-    pub bucket: u32,
-    pub records: u32,
-    /// Index of the first.
-    pub at: usize,
-}
-
-/// Records that a writer kept in memory, with their places by bucket.
-pub(super) struct Resident<R> {
-    records: Vec<R>,
-    parts: Vec<Kept>,
-}
-
-impl<R> Resident<R> {
-    /// `parts` ascend by bucket, one for each that has records.
-    pub(super) fn new(records: Vec<R>, parts: Vec<Kept>) -> Resident<R> {
-        Resident { records, parts }
-    }
-
-    fn of(&self, bucket: u64) -> &[R] {
-        let found = self
-            .parts
-            .binary_search_by_key(&bucket, |k| k.bucket.into());
-        found.map_or(&[], |i| {
-            let Kept { at, records, .. } = self.parts[i];
-            &self.records[at..at + records as usize]
-        })
-    }
-}
-
-impl<R: Record> Held<R> {
-    /// Writes it down.
-    pub(super) fn keep(&self, to: &mut Pen) -> Result<()> {
-        match self {
-            Held::Spilled { runs, _lease } => {
-                to.number(0)?;
-                to.number(_lease.bytes())?;
-                runs.keep(to)
-            }
-            Held::Kept { records, _lease } => {
-                to.number(1)?;
-                to.number(_lease.bytes())?;
-                to.list(&records.records)?;
-                to.list(&records.parts)
-            }
-        }
-    }
-
-    /// Reads it back.
-    pub(super) fn restore(from: &mut Reader) -> Result<Held<R>> {
-        let (kept, bytes) = (from.number()? == 1, from.number()?);
-        let lease = from.budget.lease("what a shuffle holds", bytes)?;
-        Ok(if kept {
-            Held::Kept {
-                records: Resident::new(from.list()?, from.list()?),
-                _lease: lease,
-            }
-        } else {
-            Held::Spilled {
-                runs: Runs::restore(from)?,
-                _lease: lease,
-            }
-        })
-    }
-}
 
 /// A file with the number of its buckets that are still to be read.
 struct Shared {
@@ -154,14 +78,36 @@ impl<R: Record> Buckets<R> {
         })
     }
 
-    /// Writes them down, as long as none was read.
+    /// Writes them down, and which were read, as long as none is being read.
     pub(super) fn write_down(&self, to: &mut Pen) -> Result<()> {
-        if self.taken.iter().any(|taken| taken.load(Ordering::Relaxed)) {
-            return Err(Error::Internal("buckets are kept that were read".into()));
-        }
+        let taken = self
+            .taken
+            .iter()
+            .map(|t| u8::from(t.load(Ordering::Relaxed)));
+        to.list(&taken.collect::<Vec<u8>>())?;
         let files: Vec<_> = self.files.iter().map(|f| lock(f).file.clone()).collect();
         let counts = (self.records, self.spilled);
         super::keep::keep(to, &self.layout, &files, &self.held, counts)
+    }
+
+    /// The same, of which some were read before, as [`write_down`](Buckets::write_down) says.
+    pub(super) fn of(parts: Parts<R>, taken: &[u8], from: &Reader) -> Result<Buckets<R>> {
+        let Parts {
+            layout,
+            files,
+            held,
+            counts,
+        } = parts;
+        let room = (from.budget.clone(), from.scratch.clone());
+        let file_shift = layout.file_shift;
+        let buckets = Buckets::new(layout, files, held, counts, room)?;
+        for (b, flag) in buckets.taken.iter().enumerate() {
+            if taken.get(b) == Some(&1) {
+                flag.store(true, Ordering::Relaxed);
+                lock(&buckets.files[b >> file_shift]).unread -= 1;
+            }
+        }
+        Ok(buckets)
     }
 
     /// Number of buckets.

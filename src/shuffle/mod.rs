@@ -22,6 +22,7 @@
 //! keeps its records in memory and writes nothing.
 
 mod buckets;
+mod held;
 mod keep;
 mod layout;
 mod plan;

@@ -94,6 +94,29 @@ impl Runs {
         self.chains.len() as u64 * CHAIN_BYTES + self.list.len() as u64 * RUN_BYTES
     }
 
+    /// More runs will come: makes room for as many as are expected of one writer.
+    pub(super) fn reopen(&mut self, expected: usize) {
+        if self.more.is_empty() {
+            self.expected = expected.max(self.list.len());
+            self.list.reserve_exact(self.expected - self.list.len());
+        }
+    }
+
+    /// Runs that whoever made or [reopened](Runs::reopen) these leases.
+    pub(super) fn expected(&self) -> u64 {
+        self.expected as u64
+    }
+
+    /// True when there are none.
+    pub(super) fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Bytes of the chains and of all runs.
+    pub(super) fn bytes(&self) -> u64 {
+        self.chains.len() as u64 * CHAIN_BYTES + self.len() as u64 * RUN_BYTES
+    }
+
     /// When `next` more records of a bucket do not fit its newest run: how many its next one
     /// must hold, whole buffers of `buffer` records of `size` bytes.
     pub(super) fn wants(&self, bucket: usize, next: u32, buffer: u32, size: usize) -> Option<u32> {

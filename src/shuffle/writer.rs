@@ -8,7 +8,8 @@
 //! memory. Pages are touched only when a bucket gets its first record, and reused ever after.
 //! I/O: one write for each full buffer.
 
-use super::buckets::{Buckets, Held, Kept, Resident};
+use super::buckets::Buckets;
+use super::held::{Held, Kept, Resident};
 use super::keep::Parts;
 use super::layout::Layout;
 use super::plan::SLOT_BYTES;
@@ -125,29 +126,57 @@ impl<R: Record> Shuffle<R> {
         })
     }
 
-    /// A writer with buffers of its own, leased from the budget.
+    /// A writer with buffers of its own, leased from the budget. It goes on with what one that was
+    /// finished handed in, if any: however often a pass stops, it holds no more than its writers.
     ///
     /// # Errors
-    /// [`Error::Budget`].
+    /// [`Error::Budget`]; what a write of a full buffer may say.
     pub fn writer(&self) -> Result<Writer<'_, R>> {
         let buckets = self.layout.buckets;
         let room = buckets * u64::from(self.per_buffer);
-        let notes = buckets * SLOT_BYTES + self.runs * RUN_BYTES;
+        // What was leased for it goes back before as much and more is leased again.
+        let (runs, kept) = match lock(&self.done).held.pop() {
+            Some(Held::Spilled { mut runs, .. }) => {
+                runs.reopen(self.runs as usize);
+                (runs, None)
+            }
+            Some(Held::Kept { records, .. }) => (self.no_runs(), Some(records)),
+            None => (self.no_runs(), None),
+        };
+        let notes = buckets * SLOT_BYTES + runs.expected() * RUN_BYTES;
         let bytes = room * size_of::<R>() as u64 + notes;
         let lease = self.budget.lease(self.what, bytes)?;
         self.open.fetch_add(1, Ordering::Relaxed);
-        Ok(Writer {
+        let mut writer = Writer {
             arena: Vec::with_capacity(room as usize),
             slots: vec![Slot { next: 0, end: 0 }; buckets as usize],
             start: self.layout.keys.start,
             width: self.layout.keys.end.saturating_sub(self.layout.keys.start),
             shift: self.layout.shift,
-            runs: Runs::new(buckets as usize, self.runs as usize),
+            runs,
             records: 0,
             spilled: 0,
             shuffle: self,
             lease,
-        })
+        };
+        if let Some(kept) = kept {
+            lock(&self.done).records -= kept.count();
+            for (bucket, records) in kept.all() {
+                let mut records = records.iter();
+                records.try_for_each(|record| writer.put(bucket, *record))?;
+            }
+        }
+        Ok(writer)
+    }
+
+    /// Bytes that a writer leases when it is made, as [`Plan::writer_bytes`] says.
+    pub fn writer_bytes(&self) -> u64 {
+        let buffer = u64::from(self.per_buffer) * size_of::<R>() as u64;
+        self.layout.buckets * (buffer + SLOT_BYTES) + self.runs * RUN_BYTES
+    }
+
+    fn no_runs(&self) -> Runs {
+        Runs::new(self.layout.buckets as usize, self.runs as usize)
     }
 
     /// Ends the writing.
@@ -273,7 +302,11 @@ impl<R: Record> Writer<'_, R> {
         if offset >= self.width {
             return Err(self.out_of_range(key));
         }
-        let bucket = (offset >> self.shift) as usize;
+        self.put((offset >> self.shift) as usize, record)
+    }
+
+    #[inline]
+    fn put(&mut self, bucket: usize, record: R) -> Result<()> {
         if self.slots[bucket].next == self.slots[bucket].end {
             self.make_room(bucket)?;
         }
@@ -351,7 +384,8 @@ impl<R: Record> Writer<'_, R> {
                 (count + u64::from(len > 0), sum + u64::from(len))
             });
         let weight = left * size_of::<R>() as u64 + count * size_of::<Kept>() as u64;
-        let held = if self.spilled > 0 || weight > self.lease.bytes().min(KEEP) {
+        let wrote = !self.runs.is_empty();
+        let held = if wrote || weight > self.lease.bytes().min(KEEP) {
             buckets.clone().try_for_each(|bucket| self.flush(bucket))?;
             drop((
                 std::mem::take(&mut self.arena),

@@ -50,9 +50,8 @@ const STAGES: [&str; 8] = [
 ];
 
 /// What a pass hands on, and so a later one may name: types, never the passes themselves.
-const HANDED_ON: [(&str, &[&str]); 4] = [
+const HANDED_ON: [(&str, &[&str]); 3] = [
     ("scan", &["Seams"]),
-    ("chunks", &["Chunked", "Settled"]),
     ("stitch", &["Labels"]),
     ("components", &["Chosen"]),
 ];

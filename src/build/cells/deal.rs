@@ -17,6 +17,7 @@ use super::map::CellMap;
 use super::records::{Dealt, Lone};
 use super::{CellPlan, Window};
 use crate::corner::{Index, next_k, prev_k};
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::disk::{Budget, Lease};
 use crate::error::Result;
 use crate::shuffle::{Buckets, Shuffle, Writer};
@@ -70,6 +71,40 @@ impl VertexBits {
     fn count(&self) -> u64 {
         let ones = |w: &AtomicU64| u64::from(w.load(Ordering::Relaxed).count_ones());
         self.words.iter().map(ones).sum()
+    }
+}
+
+impl Keep for VertexBits {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        to.words(&self.words)
+    }
+
+    fn restore(from: &mut Reader) -> Result<VertexBits> {
+        let words = from.words()?;
+        Ok(VertexBits {
+            _lease: from.budget.lease("open vertices", words.len() as u64 * 8)?,
+            words,
+        })
+    }
+}
+
+impl<W: Index> Keep for Hands<W> {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        self.triangles.keep(to)?;
+        self.lone.keep(to)?;
+        to.list(&self.degenerate)?;
+        to.number(self.unreferenced)?;
+        self.open.keep(to)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Hands<W>> {
+        Ok(Hands {
+            triangles: Buckets::restore(from)?,
+            lone: Buckets::restore(from)?,
+            degenerate: from.list()?,
+            unreferenced: from.number()?,
+            open: Option::restore(from)?,
+        })
     }
 }
 

@@ -103,6 +103,21 @@ impl Names {
     }
 }
 
+impl Keep for Marks {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        to.number(self.lease.bytes())?;
+        to.words(&self.words)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Marks> {
+        let bytes = from.number()?;
+        Ok(Marks {
+            lease: from.budget.lease("names of local components", bytes)?,
+            words: from.words()?,
+        })
+    }
+}
+
 impl Keep for Names {
     fn keep(&self, to: &mut Pen) -> Result<()> {
         to.number(self._lease.bytes())?;

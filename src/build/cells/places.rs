@@ -16,6 +16,7 @@ use super::records::Spot;
 use crate::chunk::ids::LocalIds;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::error::Result;
 use crate::input::CoordArray;
 use crate::shuffle::{Buckets, Plan, Shuffle};
@@ -123,6 +124,44 @@ impl<X: Coord> Places<X> {
         // As much is left to later passes as when the map of cells was made.
         let whole = Whole::within(job, job.ws.budget.limit() / 2)?;
         Ok(whole.map_or(Places::Later, Places::Whole))
+    }
+
+    /// These as they were read back, with all of G mapped if that is at hand.
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`].
+    pub fn opened(self, job: &Job) -> Result<Places<X>> {
+        match self {
+            Places::Later => Places::again(job),
+            dealt => Ok(dealt),
+        }
+    }
+}
+
+/// All of G is mapped again when the build goes on, or else left for later.
+impl<X: Coord> Keep for Places<X> {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        match self {
+            Places::None => to.number(0),
+            Places::Later | Places::Whole(_) => to.number(1),
+            Places::Narrow(spots) => {
+                to.number(2)?;
+                spots.keep(to)
+            }
+            Places::Wide(spots) => {
+                to.number(3)?;
+                spots.keep(to)
+            }
+        }
+    }
+
+    fn restore(from: &mut Reader) -> Result<Places<X>> {
+        Ok(match from.number()? {
+            0 => Places::None,
+            1 => Places::Later,
+            2 => Places::Narrow(Buckets::restore(from)?),
+            _ => Places::Wide(Buckets::restore(from)?),
+        })
     }
 }
 

@@ -18,7 +18,7 @@
 
 use super::super::Job;
 use super::super::appender::{Appender, BLOCK};
-use super::super::chunks::Settled;
+use super::super::chunked::Settled;
 use super::super::records::{EdgeCorner, Link, MeasureRecord, Patch};
 use super::super::stars::spill::{Spilled, Spiller};
 use super::cell::{Cell, Kept, cell_bytes, edge_corner};
@@ -36,6 +36,7 @@ use crate::error::{Error, Result};
 use crate::shuffle::{Shuffle, Writer};
 use bytemuck::Zeroable;
 use std::sync::Mutex;
+use std::time::Instant;
 
 /// Where cells write to.
 pub struct Sinks<'a, W: Index> {
@@ -70,18 +71,31 @@ const PASSED: u64 = Positions::<f64>::PASSING;
 /// Records of a cell that does not fit, at a time.
 const PASSING: usize = 2048;
 
-/// Settles all cells, with `share` bytes for each thread.
+impl<W: Index> Sinks<'_, W> {
+    /// Bytes that a thread leases for its writers, and holds of what it appends.
+    pub fn thread_bytes(&self) -> u64 {
+        self.replies.writer_bytes()
+            + self.patches.writer_bytes()
+            + self.cuts.writer_bytes()
+            + self.edges.writer_bytes()
+            + APPENDED
+            + self.stars.map_or(0, Spilled::thread_bytes)
+    }
+}
+
+/// Settles cells from the one after `done`, with `share` bytes for each thread, until all are
+/// settled or `until` is past. Returns what was settled, and the cells that are.
 ///
 /// # Errors
 /// [`crate::Error::Budget`], [`crate::Error::DiskLimit`], [`crate::Error::Io`].
 pub fn settle<W: Index, X: Coord>(
     job: &Job,
-    hands: &Hands<W>,
-    places: &Places<X>,
+    (hands, places): (&Hands<W>, &Places<X>),
     grid: &Grid,
     share: u64,
     sinks: &Sinks<W>,
-) -> Result<Settled> {
+    (done, until): (u64, Option<Instant>),
+) -> Result<(Settled, u64)> {
     let ws = job.ws;
     let threads = ws.workers.count() as u64;
     let _lease = ws.budget.lease("cells", threads * (share + APPENDED))?;
@@ -91,8 +105,9 @@ pub fn settle<W: Index, X: Coord>(
             "triangles and edges have other cells".into(),
         ));
     }
-    ws.workers.run(
-        hands.triangles.count(),
+    let done = ws.workers.round(
+        done..hands.triangles.count(),
+        until,
         || Thread::<W, X>::new(sinks, places),
         |thread, cell| {
             let triangles = hands.triangles.records_of(cell);
@@ -123,7 +138,8 @@ pub fn settle<W: Index, X: Coord>(
             Ok(())
         },
     )?;
-    Ok(settled.into_inner().unwrap_or_else(|e| e.into_inner()))
+    let settled = settled.into_inner();
+    Ok((settled.unwrap_or_else(|e| e.into_inner()), done))
 }
 
 /// Scratch memory of one thread.

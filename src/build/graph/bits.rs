@@ -1,5 +1,6 @@
 //! Bits by number, in memory, leased.
 
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::disk::{Budget, Lease};
 use crate::error::Result;
 
@@ -36,5 +37,20 @@ impl Bits {
     /// True when any bit is 1.
     pub fn any(&self) -> bool {
         self.words.iter().any(|&w| w != 0)
+    }
+}
+
+impl Keep for Bits {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        to.number(self._lease.bytes())?;
+        to.list(&self.words)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Bits> {
+        let bytes = from.number()?;
+        Ok(Bits {
+            _lease: from.budget.lease("bits", bytes)?,
+            words: from.list()?,
+        })
     }
 }

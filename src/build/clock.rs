@@ -1,0 +1,164 @@
+//! The clock: runs passes, measures them, and has written down what they come to.
+//!
+//! Memory: a line a pass. I/O: that of the passes, and of what is written down ([`Steps`]).
+
+use super::steps::{OPENED, Opened, Steps};
+use crate::disk::journal::Keep;
+use crate::disk::{IoCount, Workspace};
+use crate::error::Result;
+use std::path::Path;
+use std::time::Instant;
+
+/// What one pass cost.
+#[derive(Clone, Debug)]
+pub struct PassReport {
+    /// Its name.
+    pub name: &'static str,
+    /// Wall time in seconds.
+    pub seconds: f64,
+    /// Bytes read and written, scratch included.
+    pub io: IoCount,
+}
+
+/// Measures passes as they run.
+pub struct Clock<'a> {
+    ws: &'a Workspace,
+    steps: Steps,
+    passes: Vec<PassReport>,
+}
+
+impl<'a> Clock<'a> {
+    /// A clock before the first pass.
+    pub fn new(ws: &'a Workspace, steps: Steps) -> Self {
+        Clock {
+            ws,
+            steps,
+            passes: Vec::new(),
+        }
+    }
+
+    /// The workspace.
+    pub fn workspace(&self) -> &'a Workspace {
+        self.ws
+    }
+
+    /// The opened mesh of a build that was stopped, if it left one in `dir`.
+    ///
+    /// # Errors
+    /// As [`Steps::take_up`].
+    pub fn take_up(&mut self, dir: &Path) -> Result<Option<Opened>> {
+        self.steps.take_up(self.ws, dir)
+    }
+
+    /// The step behind which a stopped build goes on, as long as it was not asked for.
+    pub fn left(&self) -> Option<&str> {
+        self.steps.left()
+    }
+
+    /// The result of a step that a stopped build left.
+    ///
+    /// # Errors
+    /// As [`Steps::restored`].
+    pub fn restored<T: Keep>(&mut self, step: &str) -> Result<Option<T>> {
+        self.steps.restored(step)
+    }
+
+    /// A step is done: its result is written down when enough is at stake.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn done<T: Keep>(&mut self, step: &str, opened: &Opened, result: &T) -> Result<()> {
+        self.steps.done(self.ws, step, &|pen| {
+            opened.keep(pen)?;
+            result.keep(pen)
+        })
+    }
+
+    /// The mesh is open, and G in its place: written down when enough is at stake.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn opened(&mut self, opened: &Opened) -> Result<()> {
+        self.steps.done(self.ws, OPENED, &|pen| opened.keep(pen))
+    }
+
+    /// Whether work behind the opened mesh is, or is to be, written down.
+    pub fn at_stake(&self) -> bool {
+        self.steps.at_stake()
+    }
+
+    /// Runs and measures one pass of `total` units.
+    ///
+    /// # Errors
+    /// Those of the pass.
+    pub fn pass<T>(
+        &mut self,
+        name: &'static str,
+        unit: &'static str,
+        total: u64,
+        run: impl FnOnce() -> Result<T>,
+    ) -> Result<T> {
+        self.measured((name, unit, total), |_, ws| ws.io.intact(run()))
+    }
+
+    /// Runs and measures one pass that stops in between: `run` brings `state` on until the pass is
+    /// done, and says so, or until the moment that it is given is past. `state` is written down, as
+    /// what `step` is followed by, before the pass and wherever it stops, when enough is at stake.
+    ///
+    /// # Errors
+    /// Those of the pass, and of writing down.
+    pub fn rounds<T: Keep>(
+        &mut self,
+        pass: (&'static str, &'static str, u64),
+        (step, opened): (&str, &Opened),
+        state: &mut T,
+        mut run: impl FnMut(&mut T, Option<Instant>) -> Result<bool>,
+    ) -> Result<()> {
+        self.measured(pass, |steps, ws| {
+            loop {
+                steps.done(ws, step, &|pen| {
+                    opened.keep(pen)?;
+                    state.keep(pen)
+                })?;
+                // What came of a file that shrank must not be written down.
+                if ws.io.intact(run(state, steps.until()))? {
+                    return Ok(());
+                }
+            }
+        })
+    }
+
+    /// Runs and measures one pass that writes steps down itself.
+    ///
+    /// # Errors
+    /// Those of the pass.
+    pub fn measured<T>(
+        &mut self,
+        (name, unit, total): (&'static str, &'static str, u64),
+        run: impl FnOnce(&mut Steps, &Workspace) -> Result<T>,
+    ) -> Result<T> {
+        let ws = self.ws;
+        let (start, before) = (Instant::now(), ws.io.now());
+        ws.progress.begin(name, unit, total);
+        let usage = || (ws.budget.used(), ws.scratch.used());
+        ws.progress.usage(usage().0, usage().1);
+        let done = run(&mut self.steps, ws);
+        ws.progress.usage(usage().0, usage().1);
+        ws.progress.end();
+        let after = ws.io.now();
+        self.passes.push(PassReport {
+            name,
+            seconds: start.elapsed().as_secs_f64(),
+            io: IoCount {
+                read: after.read - before.read,
+                written: after.written - before.written,
+            },
+        });
+        done
+    }
+
+    /// What the passes cost, in order.
+    pub fn passes(self) -> Vec<PassReport> {
+        self.passes
+    }
+}

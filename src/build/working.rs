@@ -1,0 +1,109 @@
+//! Names of the folders that a build works in: one beside its target, and others where scratch files
+//! lie elsewhere.
+//!
+//! Memory: a list of paths. I/O: that list.
+
+use crate::disk::{discard_dead, fs};
+use std::ffi::{OsStr, OsString};
+use std::os::unix::ffi::OsStrExt;
+use std::path::{Path, PathBuf};
+use xxhash_rust::xxh3::xxh3_64;
+
+/// What a stopped build goes on from.
+pub const STATE: &str = "state";
+/// The folders of scratch files that lie elsewhere, each ended by a zero.
+pub const ROOMS: &str = "rooms";
+/// The most bytes of that list.
+const MOST_ROOMS: u64 = 1 << 20;
+/// The most bytes of a name on the file systems there are.
+const MOST_NAME: usize = 255;
+
+/// The file of the state that a stopped build of `target` leaves, if it leaves one.
+pub fn state_of(target: &Path) -> PathBuf {
+    work_of(target).join(STATE)
+}
+
+/// The working folder of a target.
+pub fn work_of(target: &Path) -> PathBuf {
+    parent(target).join(named_from(target, ".partial"))
+}
+
+/// The name of a folder of scratch files of the build in `work`, which is spelled in full.
+pub fn room_name(target: &Path, work: &Path) -> OsString {
+    let sum = xxh3_64(work.as_os_str().as_encoded_bytes());
+    named_from(target, &format!(".scratch-{sum:016x}"))
+}
+
+/// A hidden name from that of the target: the sum of it where the whole would be too long.
+fn named_from(target: &Path, end: &str) -> OsString {
+    let own = target.file_name().unwrap_or_default();
+    let mut name = OsString::from(".");
+    if 1 + own.len() + end.len() <= MOST_NAME {
+        name.push(own);
+    } else {
+        name.push(format!("{:016x}", xxh3_64(own.as_encoded_bytes())));
+    }
+    name.push(end);
+    name
+}
+
+/// The folder that a path lies in.
+pub fn parent(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// The folders of scratch files that the build of a working folder has elsewhere.
+pub fn rooms_of(work: &Path) -> Vec<PathBuf> {
+    let bytes = fs::read_up_to(&work.join(ROOMS), MOST_ROOMS).unwrap_or_default();
+    let paths = bytes
+        .split(|&byte| byte == 0)
+        .filter(|path| !path.is_empty());
+    paths
+        .map(|path| PathBuf::from(OsStr::from_bytes(path)))
+        .collect()
+}
+
+/// The list of them, as it is written.
+pub fn joined(rooms: &[PathBuf]) -> Vec<u8> {
+    let paths = rooms
+        .iter()
+        .flat_map(|room| [room.as_os_str().as_bytes(), b"\0"]);
+    paths.collect::<Vec<_>>().concat()
+}
+
+/// Removes the folders of scratch files that a dead build had elsewhere.
+pub fn discard_rooms(work: &Path) {
+    let ours = |room: &PathBuf| {
+        let name = room.file_name().unwrap_or_default().as_bytes();
+        name.starts_with(b".") && name.windows(9).any(|part| part == b".scratch-")
+    };
+    rooms_of(work)
+        .iter()
+        .filter(|room| ours(room))
+        .for_each(|room| discard_dead(room));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_no_longer_than_names_may_be() {
+        let work = Path::new("/data/.mesh.ct.partial");
+        assert_eq!(work_of(Path::new("/data/mesh.ct")), work);
+        for length in [200, 229, 230, 246, 247, 255] {
+            let target = PathBuf::from("/data").join("x".repeat(length));
+            let of = [work_of(&target), PathBuf::from(room_name(&target, work))];
+            for (path, short) in of.into_iter().zip([246, 229]) {
+                let name = path.file_name().unwrap().as_bytes();
+                assert!(name.len() <= 255);
+                assert_eq!(name.len() > length, length <= short);
+            }
+            let other = PathBuf::from("/data").join("y".repeat(length));
+            assert_ne!(work_of(&target), work_of(&other));
+        }
+    }
+}
