@@ -3,6 +3,7 @@
 use super::arrays::OutArray;
 use super::by_cells::{by_cells, settled_by};
 use super::coords::{Placed, array_of, place};
+use super::identity::Inputs;
 use super::in_order::{CHUNKED, in_order};
 use super::plan::{Plan, Shape, Strategy};
 use super::records::narrow;
@@ -197,6 +198,7 @@ pub fn run(
     mut clock: Clock,
     opened: &Opened,
     wishes: &Wishes,
+    inputs: &Inputs,
     staging: &mut Staging,
 ) -> Result<BuildReport> {
     let ws = clock.ws;
@@ -256,7 +258,10 @@ pub fn run(
     });
     let (built, manifest) = sealed.map_err(|e| with_need(e, job))?;
     let (chunk_triangles, seam_corners) = (job.plan.chunk, built.seam_corners);
-    clock.pass("rename", "", 0, || staging.finish())?;
+    clock.pass("rename", "", 0, || {
+        inputs.check(&ws.io)?;
+        staging.finish()
+    })?;
     Ok(BuildReport {
         manifest,
         passes: clock.passes,
