@@ -357,7 +357,7 @@ fn what_changed_is_refused_and_named() {
         assert!(text.contains(part), "{text}");
         assert!(state.is_file());
     };
-    refused(&[], 2, "--resume goes on, --force begins anew");
+    refused(&[], 2, "`build --resume` goes on, --force begins anew");
     refused(
         &["--resume", "--orient", "keep"],
         2,

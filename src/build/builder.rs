@@ -1,7 +1,7 @@
 //! The builder: the same options as the command line, and the one call that runs a build.
 
 use super::clock::Clock;
-use super::identity::add_file;
+use super::identity::Inputs;
 use super::pipeline::{BuildReport, Wishes, check_width, run, settle_in};
 use super::plan::{Strategy, check_least};
 use super::predict::{Prediction, Sizes};
@@ -232,9 +232,13 @@ impl Builder {
         let mut spare = vec![self.request.path.as_path()];
         spare.extend(self.request.positions.as_deref());
         spare.extend(self.tmp.iter().map(PathBuf::as_path));
-        let stdin = self.request.path == Path::new("-");
-        if self.resume && stdin {
-            let what = "--resume needs a file to compare: standard input is gone when it was read";
+        // A pipe by name is gone when it was read, too; what is not there is told by opening it.
+        let input = &self.request.path;
+        let passes_by = input == Path::new("-")
+            || fs::metadata(input).is_ok_and(|meta| !meta.is_file() && !meta.is_dir());
+        if self.resume && passes_by {
+            let what = "--resume needs a file to compare: standard input and pipes are gone when \
+                        they were read";
             return Err(Error::Usage(what.into()));
         }
         let former = match (self.resume, self.force) {
@@ -243,16 +247,25 @@ impl Builder {
             _ => Former::Refuse,
         };
         let mut staging = Staging::new(output, self.force, former, &spare)?;
-        let every = self.checkpoint.filter(|_| !stdin);
+        let every = self.checkpoint.filter(|_| !passes_by);
         let ws = self.workspace(&mut staging, every.is_some())?;
-        let steps = Steps::new(staging.state(), self.identity(&ws.io, stdin)?, every);
+        let mut files = vec![("the input", input.as_path())];
+        files.retain(|_| !passes_by);
+        files.extend(
+            self.request
+                .positions
+                .iter()
+                .map(|path| ("the file of positions", path.as_path())),
+        );
+        let inputs = Inputs::new(&files, &ws.io)?;
+        let steps = Steps::new(staging.state(), self.identity(&inputs), every);
         let mut clock = Clock::new(&ws, steps);
         let left = match self.resume {
             true => clock.take_up(staging.path())?,
             false => None,
         };
         let state = staging.state();
-        let built = self.passes(clock, left, &mut staging);
+        let built = self.passes(clock, left, &inputs, &mut staging);
         if let Err(Error::Usage(_) | Error::Input(_) | Error::Budget { .. } | Error::Internal(_)) =
             &built
         {
@@ -267,6 +280,7 @@ impl Builder {
         &self,
         mut clock: Clock,
         left: Option<Opened>,
+        inputs: &Inputs,
         staging: &mut Staging,
     ) -> Result<BuildReport> {
         let mut request = self.request.clone();
@@ -294,11 +308,11 @@ impl Builder {
                 settle_in(&mut clock, mesh, &wishes, staging.path())?
             }
         };
-        run(clock, &opened, &wishes, staging)
+        run(clock, &opened, &wishes, inputs, staging)
     }
 
     /// What must be the same for a stopped build to be gone on with.
-    fn identity(&self, io: &Arc<Counters>, stdin: bool) -> Result<Identity> {
+    fn identity(&self, inputs: &Inputs) -> Identity {
         let request = &self.request;
         let said = |option: &dyn std::fmt::Debug| format!("{option:?}").to_lowercase();
         let options: [(&str, String); 15] = [
@@ -322,13 +336,8 @@ impl Builder {
             .into_iter()
             .map(|(name, value)| (name.to_owned(), value))
             .collect();
-        if !stdin {
-            add_file(&mut identity, "the input", &request.path, io)?;
-        }
-        if let Some(path) = &request.positions {
-            add_file(&mut identity, "the file of positions", path, io)?;
-        }
-        Ok(identity)
+        identity.extend(inputs.identity().clone());
+        identity
     }
 
     /// Predicts what [`build`](Builder::build) would take for `output`, from the beginning of

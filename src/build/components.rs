@@ -167,7 +167,7 @@ fn sum_stars<W: Index>(
         duplicate: stars.duplicates(),
         components_joined_at_vertices: meetings.joined,
         largest_valence: stars.valences.largest,
-        valences: stars.valences.classes(job.shape.vertices),
+        valences: stars.valences.classes(job.shape.vertices)?,
         ..Measures::default()
     };
     Ok(Measured { measures, meetings })

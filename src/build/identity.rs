@@ -5,13 +5,16 @@
 //! what was replaced by another of the same size with its time set back, nearly always; and what
 //! they miss the digest of the finished folder still tells.
 //!
+//! The same is asked again before the finished folder gets its name: an array that was changed
+//! while it was mapped would have given a folder that is right for no input.
+//!
 //! Memory: a sample. I/O: 64 samples of 4 KiB of each file.
 
 use super::steps::Identity;
 use crate::disk::{Counters, DataFile, fs};
 use crate::error::{Error, Result};
 use std::os::unix::fs::MetadataExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -20,14 +23,75 @@ const SAMPLES: u64 = 64;
 /// Bytes of one.
 const SAMPLE: usize = 4 << 10;
 
+/// The files that a build reads, by what they are to it.
+#[derive(Clone, Debug, Default)]
+pub struct Inputs {
+    files: Vec<(&'static str, PathBuf)>,
+    first: Identity,
+}
+
+impl Inputs {
+    /// What the files are now.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn new(files: &[(&'static str, &Path)], io: &Arc<Counters>) -> Result<Inputs> {
+        let files = files.iter().map(|(what, path)| (*what, path.to_path_buf()));
+        let mut inputs = Inputs {
+            files: files.collect(),
+            first: Identity::new(),
+        };
+        inputs.first = inputs.now(io)?;
+        Ok(inputs)
+    }
+
+    /// What they were at first.
+    pub fn identity(&self) -> &Identity {
+        &self.first
+    }
+
+    fn now(&self, io: &Arc<Counters>) -> Result<Identity> {
+        let mut identity = Identity::new();
+        for (what, path) in &self.files {
+            add_file(&mut identity, what, path, io)?;
+        }
+        Ok(identity)
+    }
+
+    /// Refuses files that are others than at first.
+    ///
+    /// # Errors
+    /// [`Error::Input`], naming what differs; [`Error::Io`].
+    pub fn check(&self, io: &Arc<Counters>) -> Result<()> {
+        let now = self.now(io)?;
+        let differs = |(key, was): &(&String, &String)| now.get(*key) != Some(*was);
+        let Some((key, was)) = self.first.iter().find(differs) else {
+            return Ok(());
+        };
+        let of = |file: &&(&str, PathBuf)| key.ends_with(file.0);
+        let path = self.files.iter().find(of).map(|(_, path)| &**path);
+        Err(Error::input(
+            path.unwrap_or(Path::new("the input")),
+            "",
+            format!("{key} to be {was}, as it was when the build began"),
+            now.get(key).cloned().unwrap_or_default(),
+            "it was changed while it was read, so no folder was made; build it again",
+        ))
+    }
+}
+
 /// Adds what a file is now.
 ///
 /// # Errors
 /// [`Error::Io`].
-pub fn add_file(to: &mut Identity, what: &str, path: &Path, io: &Arc<Counters>) -> Result<()> {
-    let meta =
-        fs::metadata(path).map_err(|e| Error::io(path, "ask its size and time of change", e))?;
-    let real = fs::canonicalize(path).map_err(|e| Error::io(path, "find it", e))?;
+fn add_file(to: &mut Identity, what: &str, path: &Path, io: &Arc<Counters>) -> Result<()> {
+    let meta = fs::metadata(path).map_err(|e| Error::io(path, "find it", e))?;
+    // A pipe by its number in /dev/fd has no path that leads to it.
+    let real = if meta.is_file() {
+        fs::canonicalize(path).map_err(|e| Error::io(path, "find it", e))?
+    } else {
+        path.to_owned()
+    };
     to.insert(what.to_owned(), real.display().to_string());
     to.insert(format!("the size of {what}"), meta.len().to_string());
     let time = format!("{}.{:09}", meta.mtime(), meta.mtime_nsec());

@@ -4,6 +4,7 @@ use super::arrays::OutArray;
 use super::by_cells::{StepNames, by_cells, steps_of};
 use super::clock::{Clock, PassReport};
 use super::coords::{Placed, array_of, place};
+use super::identity::Inputs;
 use super::in_order::{CHUNKED, DECIDED, SCANNED, in_order};
 use super::plan::{Plan, Shape, Strategy};
 use super::records::narrow;
@@ -96,6 +97,7 @@ pub fn run(
     mut clock: Clock,
     opened: &Opened,
     wishes: &Wishes,
+    inputs: &Inputs,
     staging: &mut Staging,
 ) -> Result<BuildReport> {
     let ws = clock.workspace();
@@ -155,7 +157,10 @@ pub fn run(
     });
     let (built, manifest) = sealed.map_err(|e| with_need(e, job))?;
     let (chunk_triangles, seam_corners) = (job.plan.chunk, built.seam_corners);
-    clock.pass("rename", "", 0, || staging.finish())?;
+    clock.pass("rename", "", 0, || {
+        inputs.check(&ws.io)?;
+        staging.finish()
+    })?;
     Ok(BuildReport {
         manifest,
         passes: clock.passes(),

@@ -64,13 +64,18 @@ impl Staging {
     /// the folders of its scratch files.
     ///
     /// # Errors
-    /// [`Error::Usage`] when the target exists and `force` is not given, or is no mesh folder,
-    /// or holds one of `spare`; when another process builds it; when a stopped build can be gone
+    /// [`Error::Usage`] when the target lies in a mesh folder; when it exists and `force` is not
+    /// given, or is no mesh folder, or holds what is no part of one, or one of `spare`; when another process builds it; when a stopped build can be gone
     /// on with, and `former` refuses; [`Error::Io`].
     pub fn new(target: &Path, force: bool, former: Former, spare: &[&Path]) -> Result<Staging> {
-        if target.file_name().is_none() {
-            let what = format!("{} names no folder that can be made", target.display());
-            return Err(Error::Usage(what));
+        let refuse = |why: &str| Err(Error::Usage(format!("{} {why}", target.display())));
+        if target.file_name().is_none() || target == Path::new("-") {
+            return refuse("names no folder that can be made; choose another name with -o");
+        }
+        if folder::is_mesh_folder(parent(target)) {
+            return refuse(
+                "lies in a mesh folder, which holds no others; choose another name with -o",
+            );
         }
         let spare: Vec<PathBuf> = spare.iter().map(|path| (*path).to_owned()).collect();
         let work = work_of(target);
@@ -122,8 +127,8 @@ impl Staging {
                 Former::Remove => {}
                 Former::Refuse => {
                     return Err(Error::Usage(format!(
-                        "{}: a build of it was stopped and can be gone on with: --resume goes \
-                         on, --force begins anew",
+                        "{}: a build of it was stopped and can be gone on with: `build --resume` \
+                         goes on, --force begins anew",
                         self.target.display()
                     )));
                 }
@@ -333,8 +338,8 @@ fn check_replaceable(target: &Path, force: bool, spare: &[PathBuf]) -> Result<()
     if !force {
         return refuse("exists (--force replaces a mesh folder)");
     }
-    if !target.join(folder::MANIFEST).is_file() {
-        return refuse("is no mesh folder, so --force does not replace it");
+    if let Some(why) = folder::not_replaceable(target)? {
+        return refuse(&why);
     }
     let real = fs::canonicalize(target).map_err(|e| Error::io(target, "find it", e))?;
     let holds = |path: &&PathBuf| fs::canonicalize(path).is_ok_and(|p| p.starts_with(&real));

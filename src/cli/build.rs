@@ -4,12 +4,13 @@ use super::progress;
 use super::work::WorkArgs;
 use super::{Outcome, print, signals, to_json};
 use crate::build::{Builder, IndexChoice, Strategy, state_of};
-use crate::disk::{Counters, fs};
+use crate::disk::{Counters, Target, fs, same_file};
 use crate::error::{Error, Result};
 use crate::folder::{Folder, Orient};
 use crate::input::{CoordKind, Endian, Format, IndexKind};
 use crate::report;
 use clap::{Args, ValueEnum};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -170,8 +171,9 @@ pub(super) fn run(args: &BuildArgs) -> Result<Outcome> {
         }
         None => args.input.with_extension("ct"),
     };
+    let json = Json::of(args, &output)?;
     if args.dry_run {
-        return dry_run(args, &output);
+        return dry_run(args, &output, json);
     }
     signals::can_resume(state_of(&output));
     let done = builder(args).build(&output)?;
@@ -180,32 +182,83 @@ pub(super) fn run(args: &BuildArgs) -> Result<Outcome> {
     }
     let folder = Folder::open(&output, &Arc::new(Counters::default()))?;
     let report = report::gather(&folder, Some(&done))?;
-    show(args, &report, || report::render(&report))?;
+    show(args, json, &report, || report::render(&report))?;
     Ok(Outcome::Done)
 }
 
 /// Predicts; a budget that is too small is told when the prediction was printed.
-fn dry_run(args: &BuildArgs, output: &Path) -> Result<Outcome> {
+fn dry_run(args: &BuildArgs, output: &Path, json: Option<Json>) -> Result<Outcome> {
     let prediction = builder(args).predict(output)?;
     let predicted = report::predicted(&prediction);
-    show(args, &predicted, || report::render_predicted(&predicted))?;
+    show(args, json, &predicted, || {
+        report::render_predicted(&predicted)
+    })?;
     prediction.check()?;
     Ok(Outcome::Done)
+}
+
+/// Where the report goes as JSON. Found out before the work, since hours of it would be lost on a
+/// name that cannot be written.
+enum Json {
+    /// Standard output, in the place of the text.
+    Stdout,
+    /// A device or a pipe.
+    Through(PathBuf),
+    /// A file of its own.
+    File(Box<Target>),
+}
+
+impl Json {
+    /// What `--json` asks for.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an input, and as [`Target::create`].
+    fn of(args: &BuildArgs, output: &Path) -> Result<Option<Json>> {
+        let Some(to) = &args.json else {
+            return Ok(None);
+        };
+        if to == Path::new("-") {
+            return Ok(Some(Json::Stdout));
+        }
+        let inputs = [Some(&args.input), args.positions.as_ref()];
+        if inputs.into_iter().flatten().any(|path| same_file(path, to)) {
+            let to = to.display();
+            return Err(Error::Usage(format!(
+                "{to}: is the input, which is not to be changed; give --json another name"
+            )));
+        }
+        if to.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir()) {
+            return Ok(Some(Json::Through(to.clone())));
+        }
+        Target::create(output, to, args.force).map(|file| Some(Json::File(Box::new(file))))
+    }
+
+    fn write(self, text: &str) -> Result<()> {
+        let failed = |path: &Path, e| Error::io(path, "write the report", e);
+        match self {
+            Json::Stdout => print(text),
+            Json::Through(path) => fs::write(&path, text.as_bytes()).map_err(|e| failed(&path, e)),
+            Json::File(mut file) => {
+                let done = file.file().write_all(text.as_bytes());
+                done.map_err(|e| failed(file.path(), e))?;
+                file.keep().map(|_| ())
+            }
+        }
+    }
 }
 
 /// Prints a report in the forms that were asked for.
 fn show(
     args: &BuildArgs,
+    json: Option<Json>,
     report: &impl serde::Serialize,
     text: impl FnOnce() -> String,
 ) -> Result<()> {
-    match &args.json {
-        Some(to) if to == Path::new("-") => print(&to_json(report)?)?,
-        Some(to) => fs::write(to, to_json(report)?.as_bytes())
-            .map_err(|e| Error::io(to, "write the report", e))?,
-        None => {}
+    let on_stdout = matches!(json, Some(Json::Stdout));
+    if let Some(json) = json {
+        json.write(&to_json(report)?)?;
     }
-    if args.work.quiet || args.json.as_deref() == Some(Path::new("-")) {
+    if args.work.quiet || on_stdout {
         return Ok(());
     }
     print(&text())

@@ -9,11 +9,11 @@ use super::{Outcome, print};
 use crate::build::{Builder, parent};
 use crate::codec::decode::{decode, decode_some};
 use crate::codec::file::{Entry, Packed};
-use crate::disk::{TempFolder, Workspace};
+use crate::disk::{TempFolder, Workspace, same_file};
 use crate::error::{Error, Result};
 use crate::export::{Bbox, ExportRequest, Format, Numbers, export};
 use crate::folder::npy::DATA_START;
-use crate::folder::{Folder, MANIFEST, Orient, fits_u4};
+use crate::folder::{Folder, Orient, fits_u4, not_replaceable};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -104,14 +104,17 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
 /// What cannot end well is refused before anything is decoded.
 fn refuse(args: &DecodeArgs, points: bool) -> Result<()> {
     let (output, format) = (&args.output, Format::of(&args.output));
+    let there = output.symlink_metadata().is_ok();
     let why = match format {
         Some(format) if format != Format::Npy && !points => {
             "the file has no coordinates, so only a folder or npy can be written"
         }
         Some(_) if output.is_dir() => "is a folder, and a file is to be written; give another name",
-        None if output.symlink_metadata().is_ok() && !output.join(MANIFEST).is_file() => {
-            "is no mesh folder, so --force does not replace it; give another name"
-        }
+        _ if same_file(&args.file, output) => "is the compressed file itself; give another name",
+        None if there => match not_replaceable(output)? {
+            Some(why) => return Err(Error::Usage(format!("{} {why}", output.display()))),
+            None => return Ok(()),
+        },
         _ => return Ok(()),
     };
     Err(Error::Usage(format!("{}: {why}", output.display())))

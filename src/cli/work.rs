@@ -17,7 +17,8 @@ pub struct WorkArgs {
     /// Number of threads [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
-    /// Folder for scratch files; several are used by turns [default: beside the output]
+    /// Folder for scratch files; several are used by turns [default: beside the
+    /// output; the system's where nothing is written]
     #[arg(long, value_name = "DIR")]
     pub tmp: Vec<PathBuf>,
     /// The most scratch space to use

@@ -11,6 +11,7 @@ use super::lock::{claim, sweep};
 use super::stop::Fleeting;
 use super::{Counters, DataFile};
 use crate::error::{Error, Result};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tempfile::NamedTempFile;
@@ -29,17 +30,25 @@ impl Target {
     /// A new temporary file in the folder of the target, which must lie outside of `source`.
     ///
     /// # Errors
-    /// [`Error::Usage`] when the target exists and may not be replaced (`force`), is a folder, or
-    /// lies in `source`; [`Error::Io`].
+    /// [`Error::Usage`] when the target exists and may not be replaced (`force`), is a folder,
+    /// a device or a pipe, or lies in `source`; [`Error::Io`].
     pub fn create(source: &Path, path: &Path, force: bool) -> Result<Target> {
         if !force && path.symlink_metadata().is_ok() {
             return Err(exists(path));
         }
-        if path.is_dir() {
-            return Err(Error::Usage(format!(
-                "{}: is a folder, and a file is to be written; give another name",
-                path.display()
-            )));
+        let refuse = |why: &str| Err(Error::Usage(format!("{}: {why}", path.display())));
+        match path.metadata() {
+            _ if path == Path::new("-") => {
+                return refuse("a file is to be written, and this is no name of one; give another");
+            }
+            Ok(meta) if meta.is_dir() => {
+                return refuse("is a folder, and a file is to be written; give another name");
+            }
+            // As the system's administrator one would put a file in the place of a device.
+            Ok(meta) if !meta.is_file() => {
+                return refuse("is a device or pipe, which is not replaced; give another name");
+            }
+            _ => {}
         }
         let dir = match path.parent() {
             Some(dir) if !dir.as_os_str().is_empty() => dir,
@@ -48,11 +57,10 @@ impl Target {
         if let (Ok(dir), Ok(source)) = (dir.canonicalize(), source.canonicalize())
             && dir.starts_with(&source)
         {
-            return Err(Error::Usage(format!(
-                "{}: lies in the mesh folder itself, whose files are not to be changed; \
+            return refuse(
+                "lies in the mesh folder itself, whose files are not to be changed; \
                  give a name outside of it",
-                path.display()
-            )));
+            );
         }
         sweep(dir);
         let failed = |e| Error::io(dir, "create a file there", e);
@@ -113,6 +121,12 @@ impl Target {
             Err(e) => Err(Error::io(&path, "give the finished file its name", e)),
         }
     }
+}
+
+/// True when two paths lead to one file, links followed.
+pub fn same_file(a: &Path, b: &Path) -> bool {
+    let file = |path: &Path| path.metadata().ok().map(|meta| (meta.dev(), meta.ino()));
+    file(a).is_some() && file(a) == file(b)
 }
 
 fn exists(path: &Path) -> Error {

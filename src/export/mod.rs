@@ -219,9 +219,17 @@ fn export_file<'a>(
     request.check(folder)?;
     let mut target = Target::create(folder.path(), &request.target, request.force)?;
     let mut beside = None;
-    if request.format == Format::Npy && folder.has(folder::G) {
+    if request.format == Format::Npy {
         let path = npy::path_of_g(&request.target);
-        beside = Some(Target::create(folder.path(), &path, request.force)?);
+        if folder.has(folder::G) {
+            beside = Some(Target::create(folder.path(), &path, request.force)?);
+        } else if path.symlink_metadata().is_ok() {
+            return Err(Error::Usage(format!(
+                "{}: exists, and would be taken for the coordinates of a mesh that has none; \
+                 remove it, or give another name",
+                path.display()
+            )));
+        }
     }
     let mut job = Job::start(ws, folder, request, strip)?;
     let mut bytes = 0;

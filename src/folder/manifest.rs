@@ -16,7 +16,7 @@ pub const FORMAT: &str = "cornermill mesh folder";
 /// The version of the folder format that this program writes.
 pub const VERSION: u32 = 1;
 /// The longest manifest that is read: room for the checksums of 64 TiB.
-const MAX_BYTES: u64 = 64 << 20;
+pub(super) const MAX_BYTES: u64 = 64 << 20;
 
 /// How triangles are oriented.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

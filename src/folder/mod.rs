@@ -10,6 +10,7 @@
 pub mod npy;
 
 mod manifest;
+mod replace;
 mod rows;
 mod seal;
 mod warm;
@@ -18,6 +19,7 @@ pub use manifest::{
     Counts, FORMAT, FileEntry, InputDigest, InputEntry, Manifest, Measures, Options, Orient,
     VERSION, ValenceClass,
 };
+pub use replace::{is_mesh_folder, not_replaceable};
 pub use rows::{
     COMPONENT_DESCR, ComponentMeasures, ComponentRow, MEASURED_DESCR, Row, Rows, row_type,
 };

@@ -265,7 +265,10 @@ impl Want<'_> {
                     "type {}, shape {:?} in {} bytes",
                     entry.dtype, entry.shape, entry.bytes
                 );
-                (found, format!("{dtype}, {shape:?} in {bytes:?} bytes"))
+                (
+                    found,
+                    format!("{dtype}, {shape:?} in {} bytes", bytes.unwrap_or(u64::MAX)),
+                )
             });
             self.sound = false;
         }

@@ -48,7 +48,7 @@ use super::arrays::OutArray;
 use super::nodes::Nodes;
 use crate::corner::Index;
 use crate::disk::ScratchFile;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::folder::ValenceClass;
 use crate::shuffle::Buckets;
 
@@ -117,9 +117,17 @@ impl Valences {
 
     /// The classes that are not empty, of a mesh of so many vertices: those that were not counted
     /// have valence 0.
-    pub fn classes(&self, vertices: u64) -> Vec<ValenceClass> {
+    ///
+    /// # Errors
+    /// [`Error::Internal`] when more were counted than there are.
+    pub fn classes(&self, vertices: u64) -> Result<Vec<ValenceClass>> {
         let mut all = self.classes;
-        all[0] += vertices - self.vertices();
+        let counted = self.vertices();
+        all[0] += vertices.checked_sub(counted).ok_or_else(|| {
+            Error::Internal(format!(
+                "the pass 'stars' counted {counted} of {vertices} vertices"
+            ))
+        })?;
         let class = |(i, &vertices): (u64, &u64)| {
             let (from, to) = match i.checked_sub(Self::EXACT) {
                 None => (i, i),
@@ -128,7 +136,7 @@ impl Valences {
             ValenceClass { from, to, vertices }
         };
         let some = (0..).zip(&all).filter(|(_, vertices)| **vertices > 0);
-        some.map(class).collect()
+        Ok(some.map(class).collect())
     }
 }
 
@@ -207,7 +215,7 @@ mod tests {
         for n in [1, 63, 63, 64, 127, 128, 255, 256, 1 << 40] {
             valences.add(n);
         }
-        let classes = valences.classes(11);
+        let classes = valences.classes(11).unwrap();
         let found: Vec<_> = classes.iter().map(|c| (c.from, c.to, c.vertices)).collect();
         let expected = [
             (0, 0, 2),
