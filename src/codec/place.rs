@@ -351,7 +351,7 @@ fn contexts<M: Model>(
 ) -> Contexts {
     let bucket = ((log - 48) / 4).clamp(0, 63) as u32;
     // How far the axis before missed, by what was expected of it: less, as far, more.
-    let before = if k == 0 { 0 } else { ((past & 7) + 2) / 3 };
+    let before = if k == 0 { 0 } else { (past & 7).div_ceil(3) };
     let (main, kin) = ((before * 3 + k as u32) * 64 + bucket, 0);
     if !M::MIXES {
         return Contexts {
