@@ -106,7 +106,9 @@ impl Error {
             path: path.to_owned(),
             at: printable(at.into()),
             expected: printable(expected.into()),
-            found: printable(found.into()),
+            found: Some(printable(found.into()))
+                .filter(|found| !found.trim().is_empty())
+                .unwrap_or("nothing".into()),
             help: printable(help.into()),
         }))
     }
@@ -217,9 +219,43 @@ impl std::error::Error for Error {
     }
 }
 
+/// Holds a pass to what it was given: nothing is lost on the way, and nothing comes twice.
+///
+/// # Errors
+/// [`Error::Internal`] that names the pass.
+pub fn conserve(pass: &str, what: &str, given: u64, found: u64) -> Result<()> {
+    if given == found {
+        return Ok(());
+    }
+    Err(Error::Internal(format!(
+        "the pass '{pass}' was given {given} {what}, and accounts for {found}"
+    )))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Found by changed files: an array with an empty header was told as "found ;".
+    #[test]
+    fn what_was_found_is_never_blank() {
+        let error = Error::input(Path::new("V.npy"), "byte 10", "a header", " ", "");
+        assert_eq!(
+            error.to_string(),
+            "V.npy: byte 10: expected a header, found nothing"
+        );
+    }
+
+    #[test]
+    fn a_pass_that_loses_something_is_named() {
+        assert!(conserve("seams", "corners", 7, 7).is_ok());
+        let lost = conserve("seams", "corners", 7, 6).map_err(|e| e.to_string());
+        let said = lost.expect_err("one is missing");
+        assert!(
+            said.contains("'seams' was given 7 corners, and accounts for 6"),
+            "{said}"
+        );
+    }
 
     /// Found by fuzzing: words of a file came out as they were, a terminal's commands included.
     #[test]

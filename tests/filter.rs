@@ -396,6 +396,12 @@ fn a_damaged_source_is_named_and_makes_no_folder() {
             "O.npy: row 0: expected an id below",
         ),
         (
+            "O.npy",
+            84,
+            &[255; 4],
+            "O.npy: expected opposites that pair",
+        ),
+        (
             "V.npy",
             4,
             &[99, 0, 0, 0],

@@ -8,12 +8,12 @@
 //! Memory: a tally, a sorter, a writer and a window of G a thread. I/O: 24 and 40 bytes a corner
 //! to scratch and back; G once.
 
+use super::Job;
 use super::arrays::CoordReader;
 use super::tally::{Piece, Tally};
-use super::{Job, conserve};
 use crate::chunk::grid::Grid;
 use crate::chunk::measure::Coord;
-use crate::error::Result;
+use crate::error::{Result, conserve};
 use crate::input::CoordArray;
 use crate::shuffle::{Buckets, Record, Shuffle, Writer};
 use bytemuck::{Pod, Zeroable};

@@ -22,12 +22,12 @@ use super::stars::Starred;
 use super::stars::shared::{Meetings, meet};
 use super::stitch::Labels;
 use super::tally::{Piece, Sums, Tally, reduce};
-use super::{SCRATCH_BLOCK, conserve, scratch_items};
+use super::{SCRATCH_BLOCK, scratch_items};
 use crate::chunk::grid::Grid;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
 use crate::disk::ScratchFile;
-use crate::error::Result;
+use crate::error::{Result, conserve};
 use crate::folder::{ComponentRow, Counts, Measures, Orient};
 use crate::shuffle::{Buckets, Shuffle};
 

@@ -222,16 +222,3 @@ fn scratch_items<T: bytemuck::Pod>(
     }
     Ok(())
 }
-
-/// Holds a pass to what it was given: nothing is lost on the way, and nothing comes twice.
-///
-/// # Errors
-/// [`crate::Error::Internal`] that names the pass.
-pub fn conserve(pass: &str, what: &str, given: u64, found: u64) -> crate::Result<()> {
-    if given == found {
-        return Ok(());
-    }
-    Err(crate::Error::Internal(format!(
-        "the pass '{pass}' was given {given} {what}, and accounts for {found}"
-    )))
-}

@@ -11,7 +11,7 @@ use super::records::narrow;
 use super::room::{check_after_read, with_need};
 use super::scan::count_ids;
 use super::steps::Opened;
-use super::way::{Kind, Way, choose};
+use super::way::{Kind, Way, choose, with_least};
 use super::{Job, staging::Staging};
 use crate::chunk::grid::Bounds;
 use crate::chunk::measure::Coord;
@@ -258,7 +258,7 @@ fn passes<I: Index, W: Index, X: Coord>(
                 Err(Error::Budget { .. }) if job.strategy == Strategy::Auto => {
                     Err(Way::InOrder { whatever: true })
                 }
-                done => done?,
+                done => done.map_err(|e| with_least(e, job, kind))?,
             },
         };
         match done {

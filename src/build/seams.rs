@@ -8,14 +8,14 @@
 //! Memory: a sorter and two writers a thread. I/O: spilled corners read once; two patches and
 //! a link for each regular edge written to scratch, a word for each border.
 
+use super::Job;
 use super::appender::{Appender, BLOCK};
 use super::chunked::Settled;
 use super::records::{EdgeCorner, Link, Patch};
-use super::{Job, conserve};
 use crate::corner::Index;
 use crate::disk::ScratchFile;
 use crate::disk::journal::{Keep, Pen, Reader};
-use crate::error::Result;
+use crate::error::{Result, conserve};
 use crate::shuffle::{Buckets, Shuffle, Writer};
 use std::sync::Mutex;
 use std::time::Instant;

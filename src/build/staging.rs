@@ -84,8 +84,8 @@ impl Staging {
         {
             if !work.join(STATE).is_file() && !work.join(REPLACED).exists() {
                 // Of a build that was killed when all but its end was done.
-                discard_rooms(&work);
-                discard_dead(&work);
+                // Together: the list of the ones is in the other.
+                let _ = discard_rooms(&work) && discard_dead(&work);
             }
             return Err(refused);
         }
@@ -139,8 +139,10 @@ impl Staging {
             remove(&self.state())?;
             sync_dir(&self.work)?;
         }
-        discard_rooms(&self.work);
-        remove(&self.work.join(ROOMS))?;
+        // Without the list nobody knows of a room that stays.
+        if discard_rooms(&self.work) {
+            remove(&self.work.join(ROOMS))?;
+        }
         for name in [OUT, SCRATCH] {
             remove(&self.work.join(name))?;
         }
@@ -165,7 +167,7 @@ impl Staging {
     /// # Errors
     /// [`Error::Usage`] when another process uses one; [`Error::Io`].
     pub fn rooms(&mut self, dirs: &[PathBuf]) -> Result<Vec<PathBuf>> {
-        let was = rooms_of(&self.work);
+        let was = rooms_of(&self.work)?;
         if dirs.is_empty() && was.is_empty() {
             return Ok(vec![self.scratch()]);
         }
@@ -260,8 +262,15 @@ impl Staging {
 
     /// Removes the working folders; what stays is recognised by the next run.
     fn discard(&self) {
-        self.rooms.iter().for_each(|(room, _)| discard(room));
-        discard(&self.work);
+        let gone = |all: bool, room: &PathBuf| discard(room) && all;
+        if self.rooms.iter().map(|(room, _)| room).fold(true, gone) {
+            discard(&self.work);
+        } else {
+            // With the list of those that stay.
+            for name in [OUT, SCRATCH] {
+                let _ = remove(&self.work.join(name));
+            }
+        }
     }
 
     /// Gives the folder its name in two steps: what has it now is put aside.

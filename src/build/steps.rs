@@ -196,6 +196,8 @@ impl Steps {
             // The build may have room where its state has none.
             Err(e) if e.is_no_space() => {
                 let _ = fs::remove_file(self.state.with_extension("new"));
+                // What the state before this one keeps is in the way of the build.
+                ws.scratch.give_up();
                 ws.progress
                     .note(&format!("not kept for --resume behind {step}: {e}"));
                 self.since = Instant::now();
@@ -215,8 +217,9 @@ impl Steps {
         let start = Instant::now();
         let mut pen = Pen::new(&self.state, &ws.scratch, &line)?;
         keep(&mut pen)?;
-        pen.finish()?;
+        // Before it is certain: it may be in force though the device was not heard of.
         self.written = Some(step.to_owned());
+        pen.finish()?;
         self.since = Instant::now();
         self.took = start.elapsed();
         Ok(())
@@ -229,7 +232,11 @@ impl Steps {
     pub fn back(&mut self, ws: &Workspace, opened: &Opened) -> Result<()> {
         match self.written.as_deref() {
             None | Some(OPENED) => Ok(()),
-            Some(_) => self.write(ws, OPENED, &|pen| opened.keep(pen)),
+            Some(_) => match self.write(ws, OPENED, &|pen| opened.keep(pen)) {
+                // Removing a state takes no room.
+                Err(e) if e.is_no_space() => ws.scratch.forget(),
+                done => done,
+            },
         }
     }
 }

@@ -19,6 +19,9 @@ const BLOCK: u64 = 64 << 10;
 /// Blocks that are looked at.
 const BLOCKS: u64 = 4;
 
+/// No machine has more memory.
+const MOST_MEMORY: u64 = 1 << 50;
+
 /// What cells are made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -75,19 +78,52 @@ pub fn helpful(shape: &Shape, plan: &Plan) -> bool {
 /// The kind of cells that fits so much memory: by place few local components are expected, by id
 /// as many as triangles.
 pub fn fitting(shape: &Shape, plan: &Plan, memory: u64) -> Option<Kind> {
-    let held = CellPlan::held(shape) + shape.vertices / 8;
-    // A word and two bits for each triangle, as if each were a local component.
-    let labels = shape.triangles * shape.record() + shape.triangles / 2;
-    let map = CellMap::bytes_by_place(shape.vertices);
-    let suits = |kind| {
-        let by_place = kind == Kind::Place;
-        let cells = CellPlan::new(shape, memory, by_place, plan.buckets);
-        cells.suits(shape, plan, memory, by_place)
+    let kind = if holds(shape, memory, Kind::Place) {
+        Kind::Place
+    } else {
+        Kind::Id
     };
-    if shape.coord > 0 && held + map <= memory / 8 * 5 {
-        return Some(Kind::Place).filter(|kind| suits(*kind));
+    Some(kind).filter(|kind| fits(shape, plan, memory, *kind))
+}
+
+/// True when what is held through all passes of a kind leaves room for them.
+fn holds(shape: &Shape, memory: u64, kind: Kind) -> bool {
+    let held = CellPlan::held(shape) + shape.vertices / 8;
+    match kind {
+        Kind::Place => {
+            let map = CellMap::bytes_by_place(shape.vertices);
+            shape.coord > 0 && held + map <= memory / 8 * 5
+        }
+        Kind::Id => {
+            // A word and two bits for each triangle, as if each were a local component.
+            let labels = shape.triangles * shape.record() + shape.triangles / 2;
+            held + labels <= memory / 2
+        }
     }
-    Some(Kind::Id).filter(|kind| held + labels <= memory / 2 && suits(*kind))
+}
+
+fn fits(shape: &Shape, plan: &Plan, memory: u64, kind: Kind) -> bool {
+    let by_place = kind == Kind::Place;
+    let cells = CellPlan::new(shape, memory, by_place, plan.buckets);
+    holds(shape, memory, kind) && cells.suits(shape, plan, memory, by_place)
+}
+
+/// A refusal of memory on the way through cells, with a budget that suffices for that way: what one
+/// pass wants says nothing of the next.
+pub fn with_least(error: Error, job: &Job, kind: Kind) -> Error {
+    let Error::Budget { what, need, have } = error else {
+        return error;
+    };
+    let mut enough = have;
+    while enough < MOST_MEMORY {
+        enough = (enough + enough / 16).max(need.min(MOST_MEMORY));
+        let plan = Plan::new(&job.shape, enough, None, job.plan.buckets);
+        if plan.is_ok_and(|plan| fits(&job.shape, &plan, enough, kind)) {
+            break;
+        }
+    }
+    let need = need.max(enough);
+    Error::Budget { what, need, have }
 }
 
 /// True when consecutive triangles hardly ever share vertices, though triangles touch.

@@ -4,7 +4,9 @@
 //! Memory: a list of paths. I/O: that list.
 
 use crate::disk::{discard_dead, fs};
+use crate::error::{Error, Result};
 use std::ffi::{OsStr, OsString};
+use std::io::ErrorKind;
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_64;
@@ -56,14 +58,21 @@ pub fn parent(path: &Path) -> &Path {
 }
 
 /// The folders of scratch files that the build of a working folder has elsewhere.
-pub fn rooms_of(work: &Path) -> Vec<PathBuf> {
-    let bytes = fs::read_up_to(&work.join(ROOMS), MOST_ROOMS).unwrap_or_default();
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn rooms_of(work: &Path) -> Result<Vec<PathBuf>> {
+    let list = work.join(ROOMS);
+    let bytes = match fs::read_up_to(&list, MOST_ROOMS) {
+        Err(e) if e.kind() == ErrorKind::NotFound => Vec::new(),
+        read => read.map_err(|e| Error::io(&list, "read it", e))?,
+    };
     let paths = bytes
         .split(|&byte| byte == 0)
         .filter(|path| !path.is_empty());
-    paths
+    Ok(paths
         .map(|path| PathBuf::from(OsStr::from_bytes(path)))
-        .collect()
+        .collect())
 }
 
 /// The list of them, as it is written.
@@ -74,16 +83,19 @@ pub fn joined(rooms: &[PathBuf]) -> Vec<u8> {
     paths.collect::<Vec<_>>().concat()
 }
 
-/// Removes the folders of scratch files that a dead build had elsewhere.
-pub fn discard_rooms(work: &Path) {
+/// Removes the folders of scratch files that a dead build had elsewhere; true when they are gone.
+pub fn discard_rooms(work: &Path) -> bool {
     let ours = |room: &PathBuf| {
         let name = room.file_name().unwrap_or_default().as_bytes();
         name.starts_with(b".") && name.windows(9).any(|part| part == b".scratch-")
     };
-    rooms_of(work)
+    let Ok(rooms) = rooms_of(work) else {
+        return false;
+    };
+    rooms
         .iter()
-        .filter(|room| ours(room))
-        .for_each(|room| discard_dead(room));
+        .filter(|room| ours(room) && room.exists())
+        .fold(true, |all, room| discard_dead(room) && all)
 }
 
 #[cfg(test)]

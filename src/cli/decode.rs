@@ -53,11 +53,14 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
     let ws = args.work.workspace(parent(&args.output))?;
     let packed = Packed::open(&ws.budget, &ws.io, &args.file)?;
     refuse(args, packed.head.coords > 0)?;
-    let dir = ws.scratch.first_dir().to_owned();
     // Said before anything is written.
     let chunks = chosen(args, &packed)?;
     let arrays = arrays(args, &packed, chunks.as_deref())?;
-    let temp = TempFolder::new(&dir, "decode")?;
+    // Scratch files of the build lie in these too, so that they go with them whatever happens.
+    let temps = ws.scratch.dirs().iter();
+    let temps = temps.map(|dir| TempFolder::new(dir, "decode"));
+    let temps = temps.collect::<Result<Vec<_>>>()?;
+    let temp = &temps[0];
     let (v, g) = (temp.path().join("V.npy"), temp.path().join("G.npy"));
     let count = {
         let count = match &chunks {
@@ -69,7 +72,7 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
         match Format::of(&args.output) {
             None => build(
                 args,
-                (true, arrays),
+                (true, arrays, &temps),
                 &v,
                 points.then_some(&*g),
                 count.vertices,
@@ -79,7 +82,7 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
                 let folder = temp.path().join("mesh.ct");
                 build(
                     args,
-                    (false, arrays),
+                    (false, arrays, &temps),
                     &v,
                     points.then_some(&*g),
                     count.vertices,
@@ -187,7 +190,7 @@ fn chosen(args: &DecodeArgs, packed: &Packed) -> Result<Option<Vec<usize>>> {
 /// Builds a folder from the arrays.
 fn build(
     args: &DecodeArgs,
-    (measures, arrays): (bool, u64),
+    (measures, arrays, temps): (bool, u64, &[TempFolder]),
     v: &Path,
     g: Option<&Path>,
     vertices: u64,
@@ -203,8 +206,8 @@ fn build(
         .force(args.force)
         .checkpoint(None)
         .progress(progress::sink(work.progress, work.quiet));
-    for dir in &work.tmp {
-        builder = builder.tmp(dir);
+    if !work.tmp.is_empty() {
+        builder = temps.iter().fold(builder, |b, temp| b.tmp(temp.path()));
     }
     builder = match g {
         Some(g) => builder.positions(g),

@@ -24,6 +24,7 @@ mod swirl;
 mod verify;
 mod work;
 
+use crate::disk::left_behind;
 use crate::error::{Error, Result};
 use clap::{Parser, Subcommand};
 use std::io::Write;
@@ -90,6 +91,9 @@ pub fn run() -> ExitCode {
     };
     signals::listen();
     let (code, said) = execute(&cli);
+    for left in left_behind() {
+        let _ = writeln!(std::io::stderr(), "cornermill: warning: {left}");
+    }
     if let Some(said) = said {
         say(&said);
     }
@@ -102,8 +106,11 @@ pub fn run() -> ExitCode {
 pub fn run_here(args: &[std::ffi::OsString]) -> (u8, String) {
     match Cli::try_parse_from(args) {
         Ok(cli) => {
-            let (code, said) = execute(&cli);
-            (code, said.map_or(String::new(), |e| e.to_string()))
+            let (code, error) = execute(&cli);
+            let said = left_behind()
+                .into_iter()
+                .chain(error.map(|e| e.to_string()));
+            (code, said.collect::<Vec<_>>().join("\n"))
         }
         Err(e) => (2, e.to_string()),
     }

@@ -12,7 +12,7 @@
 use super::grid::Grid;
 use crate::corner::Index;
 use crate::disk::{DataFile, Lease, Workspace};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, conserve};
 use crate::folder::npy::DATA_START;
 use crate::folder::{self, Folder};
 use crate::shuffle::{Buckets, Plan, Record, Shuffle};
@@ -21,6 +21,8 @@ use bytemuck::{Pod, Zeroable};
 
 /// Bits of an axis in the numbers of cubes.
 const CUBE_BITS: u32 = 6;
+/// The least memory of the writer of triangles.
+const LEAST_WRITER: u64 = 1 << 20;
 /// Rows of V or G that are read at a time.
 const ROWS: u64 = 1 << 13;
 
@@ -84,6 +86,33 @@ pub(super) struct Deal<W> {
     _lease: Lease,
 }
 
+/// Intervals of a mesh for chunks of `most` triangles: of some fewer, since shares are equal only
+/// about.
+pub(super) fn intervals(triangles: u64, vertices: u64, most: u64) -> u64 {
+    (triangles.max(vertices) / (most * 3 / 4).max(1) + 1).min(u64::from(u16::MAX))
+}
+
+/// Bytes of a bit for each vertex: what is held when all is dealt.
+pub(super) fn mark_bytes(vertices: u64) -> u64 {
+    vertices.div_ceil(64) * 8
+}
+
+/// Bytes that are held besides while triangles are dealt, but for the writer.
+fn passing_bytes(vertices: u64, intervals: u64) -> u64 {
+    let map = if intervals > 1 {
+        2 * vertices + (16 << (3 * CUBE_BITS))
+    } else {
+        0
+    };
+    map + mark_bytes(vertices) + 48 * ROWS
+}
+
+/// The least memory that dealing does with.
+pub(super) fn least(triangles: u64, vertices: u64, most: u64) -> u64 {
+    let passing = passing_bytes(vertices, intervals(triangles, vertices, most));
+    mark_bytes(vertices) + passing + LEAST_WRITER
+}
+
 /// Deals all triangles, and the vertices that none of them names, to chunks of `most` of them.
 ///
 /// # Errors
@@ -97,19 +126,13 @@ pub(super) fn deal<W: Index>(
 ) -> Result<Deal<W>> {
     let counts = &folder.manifest().counts;
     let (t, n) = (counts.triangles, counts.vertices);
-    // Some less than a chunk may have, since shares are equal only about.
-    let intervals = (t.max(n) / (most * 3 / 4).max(1) + 1).min(u64::from(u16::MAX));
-    let marks = ws
-        .budget
-        .lease("marks of shared vertices", n.div_ceil(64) * 8)?;
-    let map_bytes = if intervals > 1 { 2 * n } else { 0 };
-    let passing = ws.budget.lease(
-        "the interval of each vertex",
-        map_bytes + n.div_ceil(64) * 8 + (16 << CUBE_BITS << CUBE_BITS << CUBE_BITS) + 48 * ROWS,
-    )?;
+    let intervals = intervals(t, n, most);
+    let marks = ws.budget.lease("marks of shared vertices", mark_bytes(n))?;
+    let passing = passing_bytes(n, intervals);
+    let passing = ws.budget.lease("the interval of each vertex", passing)?;
     let map = Map::new(ws, g, grid, n, intervals)?;
     let record = size_of::<Dealt<W>>();
-    let memory = (ws.budget.free() / 4).clamp(1 << 20, 32 << 20);
+    let memory = (ws.budget.free() / 4).clamp(LEAST_WRITER, 32 << 20);
     let plan = Plan::within(memory, 1, record, t + counts.unreferenced_vertices, memory);
     let shuffle = Shuffle::new(ws, "triangles by chunk", 0..intervals, plan)?;
     let mut writer = shuffle.writer()?;
@@ -131,15 +154,20 @@ pub(super) fn deal<W: Index>(
         let [a, b, c] = tri.map(W::of);
         writer.push(Dealt([W::of(to), W::of(number), a, b, c]))
     })?;
+    let mut loose = 0;
     for v in (0..n).filter(|&v| !named.has(v)) {
+        loose += 1;
         let to = map.of(v);
         sizes[to as usize] += 1;
         writer.push(Dealt([W::of(to), W::of(t + v), W::of(v), W::NONE, W::NONE]))?;
     }
     writer.finish()?;
     drop(passing);
+    let buckets = shuffle.finish()?;
+    let what = "triangles and loose vertices";
+    conserve("deal triangles", what, t + loose, buckets.records())?;
     Ok(Deal {
-        buckets: shuffle.finish()?,
+        buckets,
         counts: sizes,
         vertices,
         shared,

@@ -16,7 +16,7 @@ use super::file::{Entry, Packed};
 use super::seam::Reference;
 use crate::corner::Index;
 use crate::disk::{DataFile, Workers, Workspace};
-use crate::error::Result;
+use crate::error::{Result, conserve};
 use crate::folder::{fits_u4, npy};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -205,6 +205,15 @@ impl Arrays {
                 }
             }
         }
+        let entry = &packed.entries[chunk];
+        conserve("decode", "vertices of a chunk", entry.own(), own)?;
+        let triangles = piece.triangles.len() as u64;
+        conserve(
+            "decode",
+            "triangles of a chunk",
+            entry.all_triangles(),
+            triangles,
+        )?;
         if let Some((g, row)) = &self.g {
             g.write_at(&points, npy::DATA_START + base * row)?;
         }

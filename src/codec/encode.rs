@@ -9,33 +9,30 @@
 //! Why the bytes are always the same: what is in a chunk, and in which order, depends on the folder
 //! alone, and chunks are numbered by interval, not by when they are done.
 //!
-//! Memory: [`TRIANGLE_BYTES`] and a record for each triangle of a chunk and thread, [`VERTEX_BYTES`]
-//! for each vertex, with fewer threads when there is less; what the dealing and the sorts state. I/O: theirs, G once more by chunk, the file twice.
+//! Memory: for each thread [`TRIANGLE_BYTES`](least::TRIANGLE_BYTES) and a record for each triangle
+//! of a chunk, [`VERTEX_BYTES`](least::VERTEX_BYTES) for each vertex, with fewer threads when there
+//! is less; what the dealing and the sorts state. I/O: theirs, G once more by chunk, the file twice.
 
 use super::Level;
-use super::chunk::{self, Coded, MODEL_BYTES, Piece, order};
+use super::chunk::{self, Coded, Piece, order};
+use super::chunks::Chunks;
 use super::deal::{Deal, Dealt, deal};
 use super::file::{Entry, Head, MOST_TRIANGLES, ending};
 use super::gather::Gather;
 use super::grid::{Grid, Precision};
+use super::least;
 use super::out::Out;
 use super::seam::{self, Span, Use};
 use crate::chunk::ids::LocalIds;
 use crate::corner::Index;
 use crate::disk::{DataFile, Target, Workers, Workspace};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, conserve};
 use crate::folder::{self, Folder};
 use crate::shuffle::{Shuffle, Writer};
 use crate::table::array::{self, Coords};
 use std::path::PathBuf;
 use std::sync::Mutex;
 use xxhash_rust::xxh3::Xxh3;
-
-/// Bytes a triangle while a chunk is coded, without its record: local ids and the table that they
-/// come from, and what [`chunk::encode`] takes.
-pub const TRIANGLE_BYTES: u64 = 12 + 32 + 12 + chunk::TRIANGLE_BYTES;
-/// Bytes a vertex: its ids, its position, and what [`chunk::encode`] takes.
-pub const VERTEX_BYTES: u64 = 8 + 16 + 12 + 4 + chunk::VERTEX_BYTES;
 
 /// What to encode, and where to.
 #[derive(Clone, Debug)]
@@ -116,12 +113,12 @@ fn encode_as<W: Index>(
         }
         None => None,
     };
+    least::check::<W>(&ws.budget, counts, request.most)?;
     let grid = Grid::find(ws, g.as_ref(), counts.vertices, request.precision)?;
     let dealt = deal::<W>(ws, folder, g.as_ref(), grid, request.most)?;
     let chunks = Chunks::new(&dealt.counts, request.most);
-    let _table = ws
-        .budget
-        .lease("the table of chunks", chunks.total() * 200)?;
+    let table = least::table_bytes(chunks.total());
+    let _table = ws.budget.lease("the table of chunks", table)?;
     let job = Job {
         ws,
         g: g.as_ref(),
@@ -139,6 +136,7 @@ fn encode_as<W: Index>(
     seam::resolve(ws, uses, &mut spans, &references)?;
     let Job { bodies, done, .. } = job;
     let done = done.into_inner().unwrap_or_else(|e| e.into_inner());
+    hold(&done, &spans, counts)?;
     let wide = g.as_ref().is_some_and(|(kind, _)| *kind == Coords::F8);
     let head = Head::new(request.level, grid, wide, counts.triangles, counts.vertices);
     let mut out = Out::new(ws, target);
@@ -167,55 +165,14 @@ fn encode_as<W: Index>(
     })
 }
 
-/// How intervals are cut into chunks.
-struct Chunks {
-    /// Records of each interval.
-    counts: Vec<u64>,
-    /// Chunks before each interval, and in all.
-    first: Vec<u64>,
-}
-
-impl Chunks {
-    fn new(counts: &[u64], most: u64) -> Chunks {
-        let mut first = vec![0];
-        for count in counts {
-            first.push(first[first.len() - 1] + count.div_ceil(most));
-        }
-        Chunks {
-            counts: counts.to_vec(),
-            first,
-        }
-    }
-
-    fn total(&self) -> u64 {
-        self.first[self.first.len() - 1]
-    }
-
-    /// Chunks of an interval.
-    fn of(&self, interval: u64) -> u64 {
-        self.first[interval as usize + 1] - self.first[interval as usize]
-    }
-
-    /// Records of the chunks of an interval up to chunk `part`, that one left out.
-    fn before(&self, interval: u64, part: u64) -> u64 {
-        let count = u128::from(self.counts[interval as usize]);
-        (count * u128::from(part) / u128::from(self.of(interval).max(1))) as u64
-    }
-
-    /// The most records of a chunk of an interval.
-    fn largest(&self, interval: u64) -> u64 {
-        self.counts[interval as usize].div_ceil(self.of(interval).max(1))
-    }
-
-    /// The most that a chunk takes, whose intervals name no more than so many vertices, when each
-    /// record takes `record` bytes.
-    fn bytes(&self, vertices: &[u64], record: u64) -> u64 {
-        let of = |(i, &named): (u64, &u64)| {
-            let most = self.largest(i);
-            most * (TRIANGLE_BYTES + record) + named.min(3 * most) * VERTEX_BYTES
-        };
-        (0..).zip(vertices).map(of).max().unwrap_or(0)
-    }
+/// Every triangle is in one chunk, and every vertex is one chunk's own.
+fn hold(done: &[(Entry, u64)], spans: &[Span], counts: &folder::Counts) -> Result<()> {
+    let triangles = done.iter().map(|(entry, _)| entry.all_triangles()).sum();
+    conserve("code chunks", "triangles", counts.triangles, triangles)?;
+    let all: u64 = done.iter().map(|(entry, _)| entry.vertices).sum();
+    let references: u64 = spans.iter().map(|span| span.count).sum();
+    let own = all.saturating_sub(references);
+    conserve("shared vertices", "vertices", counts.vertices, own)
 }
 
 /// The coding of all chunks.
@@ -248,15 +205,16 @@ impl<W: Index> Job<'_, W> {
         let intervals = 0..self.dealt.counts.len() as u64;
         let largest = intervals.map(|i| self.chunks.largest(i)).max().unwrap_or(0);
         let records = size_of::<Dealt<W>>() as u64;
-        let uses = seam::plan(24, 8 * self.dealt.buckets.records().isqrt());
-        let sorter = (2 * largest * records).clamp(1 << 20, 64 << 20);
+        let uses = least::uses(self.dealt.buckets.records());
+        let sorter = (2 * largest * records).clamp(least::SORTER, 64 << 20);
         let chunk = self.chunks.bytes(&self.dealt.vertices, records);
-        let own = chunk + MODEL_BYTES + uses.writer_bytes() + Gather::BYTES;
+        let own = least::thread_bytes(chunk, &uses);
+        least::check_chunk(budget, own, self.uses_at_most())?;
         let threads = (budget.free() / (own + sorter)).clamp(1, ws.workers.count() as u64);
         // Some is left for what shuffles note of more than they expected.
         let sorter = (budget.free() / threads / 16 * 15)
             .saturating_sub(own)
-            .clamp(1 << 20, sorter);
+            .clamp(least::SORTER, sorter);
         let few = Workers::new(threads as usize)?;
         let vertices = self.vertices.max(1);
         let shuffle = Shuffle::new(ws, "uses of shared vertices", 0..vertices, uses)?;
@@ -280,13 +238,21 @@ impl<W: Index> Job<'_, W> {
                 self.dealt.buckets.sorted(bucket, sorter, &mut |records| {
                     records.iter().try_for_each(|&r| self.take(thread, r))
                 })?;
-                debug_assert!(thread.records.is_empty());
-                Ok(())
+                let left = thread.records.len() as u64;
+                conserve("code chunks", "records of no chunk", 0, left)
             },
             |(thread, _, _)| thread.uses.finish(),
         )?;
         progress.end();
         shuffle.finish()
+    }
+
+    /// No more vertices than these are noted of all chunks.
+    fn uses_at_most(&self) -> u64 {
+        match self.chunks.total() {
+            0 | 1 => 0,
+            _ => 3 * self.dealt.buckets.records(),
+        }
     }
 
     /// Takes a record; a chunk that is full is coded.
@@ -366,4 +332,44 @@ fn entry_of(coded: &Coded, piece: &Piece, order: &[u32]) -> Entry {
     };
     (entry.low, entry.high) = (extreme(i32::min), extreme(i32::max));
     entry
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_and_vertices_that_are_lost_are_missed() {
+        let entry = |triangles, vertices| {
+            let entry = Entry {
+                triangles,
+                vertices,
+                ..Entry::default()
+            };
+            (entry, 0)
+        };
+        let span = |count| Span {
+            count,
+            ..Span::default()
+        };
+        let counts = folder::Counts {
+            triangles: 7,
+            vertices: 6,
+            ..folder::Counts::default()
+        };
+        let done = [entry(3, 4), entry(4, 5)];
+        let held =
+            |done: &[_], spans: &[Span]| hold(done, spans, &counts).map_err(|e| e.to_string());
+        held(&done, &[span(0), span(3)]).unwrap();
+        let said = held(&[entry(3, 4), entry(3, 5)], &[span(0), span(3)]).unwrap_err();
+        assert!(
+            said.contains("'code chunks' was given 7 triangles, and accounts for 6"),
+            "{said}"
+        );
+        let said = held(&done, &[span(0), span(2)]).unwrap_err();
+        assert!(
+            said.contains("'shared vertices' was given 6 vertices, and accounts for 7"),
+            "{said}"
+        );
+    }
 }

@@ -21,6 +21,7 @@
 pub mod around;
 pub mod border;
 pub mod chunk;
+mod chunks;
 mod deal;
 pub mod decode;
 pub mod encode;
@@ -28,6 +29,7 @@ pub mod file;
 mod gather;
 pub mod grid;
 pub mod lattice;
+mod least;
 pub mod mix;
 pub mod model;
 mod out;

@@ -15,7 +15,7 @@ use super::file::Entry;
 use super::model::{self, Contexts, Fast, Model};
 use super::range::{Coder, Decoder, Encoder};
 use crate::disk::{ScratchFile, Workspace};
-use crate::error::Result;
+use crate::error::{Result, conserve};
 use crate::shuffle::{Buckets, Plan, Record, Shuffle};
 use bytemuck::{Pod, Zeroable};
 
@@ -78,8 +78,31 @@ pub struct Span {
     pub count: u64,
 }
 
-/// Memory of a sorter or the writers of a sort.
-pub const SORT_BYTES: u64 = 4 << 20;
+/// Memory of a sorter, or of the writers of a sort, at most.
+const SORT_BYTES: u64 = 4 << 20;
+
+/// Memory of a sorter of so many records: all of them twice, when they are few.
+fn sorter_bytes(record: u64, records: u64) -> u64 {
+    records
+        .saturating_mul(4 * record)
+        .saturating_add(256 << 10)
+        .min(SORT_BYTES)
+}
+
+/// Bytes that the coded references of a chunk take at most: three a triangle, of eight bytes.
+fn coded_bytes(references: u64) -> u64 {
+    MODEL_BYTES + 8 * references.min(3 * super::file::MOST_TRIANGLES)
+}
+
+/// Memory in which so many uses of shared vertices are resolved.
+pub fn least(uses: u64) -> u64 {
+    let asked = plan(40, uses.saturating_mul(2)).writer_bytes();
+    let answers = plan(32, uses).writer_bytes();
+    let first = sorter_bytes(24, uses) + asked;
+    let second = asked + sorter_bytes(40, uses.saturating_mul(2)) + answers;
+    let third = answers + coded_bytes(uses) + sorter_bytes(32, uses);
+    first.max(second).max(third) + (64 << 10)
+}
 
 /// A plan for the sort of so many records.
 pub fn plan(record: usize, records: u64) -> Plan {
@@ -97,14 +120,15 @@ pub fn resolve(
     out: &ScratchFile,
 ) -> Result<()> {
     let (records, chunks) = (uses.records(), (spans.len() as u64).max(1));
+    ws.budget.check("shared vertices", least(records))?;
     let asked = Shuffle::new(ws, "shared vertices", 0..chunks, plan(40, 2 * records))?;
     let mut writer = asked.writer()?;
-    let mut first = Use([u64::MAX; 3]);
-    uses.sorted_all(&mut uses.sorter(SORT_BYTES)?, &mut |uses| {
+    let (mut first, mut firsts) = (Use([u64::MAX; 3]), 0);
+    uses.sorted_all(&mut uses.sorter(sorter_bytes(24, records))?, &mut |uses| {
         for &one in uses {
             let [v, chunk, number] = one.0;
             if v != first.0[0] {
-                first = one;
+                (first, firsts) = (one, firsts + 1);
                 continue;
             }
             writer.push(Asked([chunk, number, 0, 0, 0]))?;
@@ -115,25 +139,40 @@ pub fn resolve(
     writer.finish()?;
     drop(uses);
     let asked = asked.finish()?;
+    let met = firsts + asked.records() / 2;
+    conserve("shared vertices", "uses", records, met)?;
     let answers = Shuffle::new(ws, "references", 0..chunks, plan(32, asked.records() / 2))?;
     let mut writer = answers.writer()?;
     let (mut current, mut before) = (u64::MAX, 0);
-    asked.sorted_all(&mut asked.sorter(SORT_BYTES)?, &mut |asked| {
-        for &Asked([chunk, number, kind, to_chunk, to_number]) in asked {
-            if chunk != current {
-                (current, before) = (chunk, 0);
+    asked.sorted_all(
+        &mut asked.sorter(sorter_bytes(40, asked.records()))?,
+        &mut |asked| {
+            for &Asked([chunk, number, kind, to_chunk, to_number]) in asked {
+                if chunk != current {
+                    (current, before) = (chunk, 0);
+                }
+                if kind == 0 {
+                    before += 1;
+                } else {
+                    writer.push(Answer([to_chunk, to_number, chunk, number - before]))?;
+                }
             }
-            if kind == 0 {
-                before += 1;
-            } else {
-                writer.push(Answer([to_chunk, to_number, chunk, number - before]))?;
-            }
-        }
-        Ok(())
-    })?;
+            Ok(())
+        },
+    )?;
     writer.finish()?;
+    let answers = answers.finish()?;
+    conserve(
+        "references",
+        "questions",
+        asked.records() / 2,
+        answers.records(),
+    )?;
     drop(asked);
-    code_all(ws, answers.finish()?, spans, out)
+    let given = answers.records();
+    code_all(ws, answers, spans, out)?;
+    let coded = spans.iter().map(|span| span.count).sum();
+    conserve("references", "answers", given, coded)
 }
 
 /// Codes the references of all chunks.
@@ -143,11 +182,9 @@ fn code_all(
     spans: &mut [Span],
     out: &ScratchFile,
 ) -> Result<()> {
-    // At most three references a triangle, of at most eight bytes each.
-    let _lease = ws.budget.lease(
-        "coded references",
-        MODEL_BYTES + 24 * super::file::MOST_TRIANGLES,
-    )?;
+    let _lease = ws
+        .budget
+        .lease("coded references", coded_bytes(answers.records()))?;
     let mut state: Option<(u64, State, Encoder)> = None;
     let mut flush = |state: Option<(u64, State, Encoder)>| -> Result<()> {
         if let Some((chunk, state, coder)) = state {
@@ -160,22 +197,25 @@ fn code_all(
         }
         Ok(())
     };
-    answers.sorted_all(&mut answers.sorter(SORT_BYTES)?, &mut |answers| {
-        for &Answer([to, number, chunk, rank]) in answers {
-            if state.as_ref().is_none_or(|s| s.0 != to) {
-                flush(state.take())?;
+    answers.sorted_all(
+        &mut answers.sorter(sorter_bytes(32, answers.records()))?,
+        &mut |answers| {
+            for &Answer([to, number, chunk, rank]) in answers {
+                if state.as_ref().is_none_or(|s| s.0 != to) {
+                    flush(state.take())?;
+                }
+                let (_, code, coder) =
+                    state.get_or_insert_with(|| (to, State::new(), Encoder::new(Vec::new())));
+                let reference = Reference {
+                    number,
+                    chunk,
+                    rank,
+                };
+                code.code(coder, reference);
             }
-            let (_, code, coder) =
-                state.get_or_insert_with(|| (to, State::new(), Encoder::new(Vec::new())));
-            let reference = Reference {
-                number,
-                chunk,
-                rank,
-            };
-            code.code(coder, reference);
-        }
-        Ok(())
-    })?;
+            Ok(())
+        },
+    )?;
     flush(state)
 }
 

@@ -84,6 +84,22 @@ impl Budget {
         }
     }
 
+    /// Refuses at once what will want `bytes` in all, before a part of it is drawn and a figure
+    /// named with which the next would be refused.
+    ///
+    /// # Errors
+    /// [`Error::Budget`]; it names the total that would do.
+    pub fn check(&self, what: &str, bytes: u64) -> Result<()> {
+        if bytes <= self.free() {
+            return Ok(());
+        }
+        Err(Error::Budget {
+            what: what.to_owned(),
+            need: self.used().saturating_add(bytes),
+            have: self.limit(),
+        })
+    }
+
     /// The limit in bytes.
     pub fn limit(&self) -> u64 {
         self.0.limit

@@ -18,12 +18,16 @@ pub enum Fault {
     Fail(i32),
     /// The same, and all that write, create or make room after it: a disk that stays full.
     FailOn(i32),
+    /// It finds the file system turned read-only, and so does all that would change it later.
+    ReadOnly,
     /// It is about half of what was asked, at least one byte.
     Short,
     /// It is interrupted by a signal before it did anything.
     Interrupt,
     /// It takes a millisecond longer.
     Delay,
+    /// A signal asks the process to stop while it is under way.
+    Stop(i32),
 }
 
 #[derive(Default)]
@@ -84,7 +88,13 @@ fn happens(call: Call) -> Option<Fault> {
     }
     state.calls += 1;
     let makes = matches!(call, Call::Write | Call::Create | Call::SetLen);
-    let lasts = matches!(fault, Fault::FailOn(_)) && n > 0 && state.calls > n && makes;
+    let changes = makes || matches!(call, Call::Rename | Call::Remove);
+    let lasts = match fault {
+        Fault::FailOn(_) => makes,
+        Fault::ReadOnly => changes,
+        _ => false,
+    };
+    let lasts = lasts && n > 0 && state.calls > n;
     if state.calls != n && !lasts {
         return None;
     }
@@ -99,6 +109,7 @@ pub(super) fn pass(call: Call, _: &Path, bytes: usize) -> io::Result<usize> {
         Some(Fault::Fail(number) | Fault::FailOn(number)) => {
             Err(io::Error::from_raw_os_error(number))
         }
+        Some(Fault::ReadOnly) => Err(io::ErrorKind::ReadOnlyFilesystem.into()),
         Some(Fault::Short) => Ok(bytes.div_ceil(2)),
         Some(Fault::Interrupt) if matches!(call, Call::Read | Call::Write) => {
             Err(io::ErrorKind::Interrupted.into())
@@ -106,6 +117,10 @@ pub(super) fn pass(call: Call, _: &Path, bytes: usize) -> io::Result<usize> {
         Some(Fault::Interrupt) => Ok(bytes),
         Some(Fault::Delay) => {
             std::thread::sleep(std::time::Duration::from_millis(1));
+            Ok(bytes)
+        }
+        Some(Fault::Stop(signal)) => {
+            super::interrupt(signal);
             Ok(bytes)
         }
     }

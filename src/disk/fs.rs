@@ -13,7 +13,7 @@ use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Read, Write};
 use std::os::unix::fs::{FileExt, PermissionsExt};
 use std::path::{Path, PathBuf};
-use tempfile::{NamedTempFile, TempDir};
+use tempfile::{NamedTempFile, TempDir, TempPath};
 
 /// What is asked of the system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +62,19 @@ pub(crate) fn create_new(path: &Path) -> io::Result<File> {
     options.read(true).write(true).create_new(true).open(path)
 }
 
+/// Makes a file, or empties the one that has its name, for writing in order.
+pub(crate) fn create(path: &Path) -> io::Result<Stream> {
+    pass(Call::Create, path, 0)?;
+    Ok(Stream::new(File::create(path)?, path))
+}
+
+/// Makes a file in a folder, under a name that is free and begins so; it stays.
+pub(crate) fn create_named(dir: &Path, prefix: &str) -> io::Result<(File, PathBuf)> {
+    pass(Call::Create, dir, 0)?;
+    let file = tempfile::Builder::new().prefix(prefix).tempfile_in(dir)?;
+    file.keep().map_err(|e| e.error)
+}
+
 /// Makes a file without a name in a folder.
 pub(crate) fn create_nameless(dir: &Path) -> io::Result<File> {
     pass(Call::Create, dir, 0)?;
@@ -85,15 +98,21 @@ pub(crate) fn create_temporary_dir(dir: &Path, prefix: &str) -> io::Result<TempD
     tempfile::Builder::new().prefix(prefix).tempdir_in(dir)
 }
 
-/// Gives a temporary file its name.
-pub(crate) fn persist(temp: NamedTempFile, path: &Path, replace: bool) -> io::Result<()> {
-    pass(Call::Rename, path, 0)?;
+/// Gives a temporary file its name; when that fails, it is handed back.
+pub(crate) fn persist(
+    temp: TempPath,
+    path: &Path,
+    replace: bool,
+) -> Result<(), (io::Error, TempPath)> {
+    if let Err(e) = pass(Call::Rename, path, 0) {
+        return Err((e, temp));
+    }
     let kept = if replace {
         temp.persist(path)
     } else {
         temp.persist_noclobber(path)
     };
-    kept.map(|_| ()).map_err(|e| e.error)
+    kept.map_err(|e| (e.error, e.path))
 }
 
 /// Makes a folder.
@@ -112,6 +131,12 @@ pub(crate) fn rename(from: impl AsRef<Path>, to: impl AsRef<Path>) -> io::Result
 pub(crate) fn remove_dir_all(path: impl AsRef<Path>) -> io::Result<()> {
     pass(Call::Remove, path.as_ref(), 0)?;
     fs::remove_dir_all(path)
+}
+
+/// Removes an empty folder.
+pub(crate) fn remove_dir(path: impl AsRef<Path>) -> io::Result<()> {
+    pass(Call::Remove, path.as_ref(), 0)?;
+    fs::remove_dir(path)
 }
 
 /// Removes a file.
@@ -154,8 +179,7 @@ pub(crate) fn read_up_to(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 
 /// Writes a whole file, anew.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    pass(Call::Create, path, 0)?;
-    Stream::new(File::create(path)?, path).write_all(bytes)
+    create(path)?.write_all(bytes)
 }
 
 /// Sets the length of a file.
@@ -208,6 +232,11 @@ impl Stream {
     pub(crate) fn open(path: &Path) -> io::Result<Stream> {
         let file = open(path, File::options().read(true))?;
         Ok(Stream::new(file, path))
+    }
+
+    /// Waits until what the file holds is on the device.
+    pub(crate) fn sync(&self) -> io::Result<()> {
+        sync(&self.file, &self.path)
     }
 
     /// What is known of the file.

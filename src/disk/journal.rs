@@ -15,13 +15,13 @@
 //! Memory: two buffers of 64 KiB; what is read is leased by its owner. I/O: the state once, and the
 //! waiting for the device.
 
+use super::fs::Stream;
 use super::scratch::Named;
 use super::{Budget, Counters, DataFile, Scratch, ScratchFile, fs, go_on};
 use crate::error::{Error, Result};
 use bytemuck::Pod;
 use std::ffi::OsString;
-use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter, Read, Write};
+use std::io::{BufRead, BufReader, BufWriter, ErrorKind, Read, Write};
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -59,7 +59,7 @@ impl<T: Keep> Keep for Option<T> {
 
 /// Writes a journal.
 pub struct Pen {
-    out: BufWriter<File>,
+    out: BufWriter<Stream>,
     temp: PathBuf,
     path: PathBuf,
     sum: Xxh3,
@@ -74,7 +74,7 @@ impl Pen {
     /// [`Error::Io`].
     pub fn new(path: &Path, scratch: &Scratch, line: &str) -> Result<Pen> {
         let temp = path.with_extension("new");
-        let out = File::create(&temp).map_err(|e| Error::io(&temp, "create it", e))?;
+        let out = fs::create(&temp).map_err(|e| Error::io(&temp, "create it", e))?;
         let mut pen = Pen {
             out: BufWriter::with_capacity(64 << 10, out),
             temp,
@@ -167,12 +167,17 @@ impl Pen {
         let at = |e| Error::io(&self.temp, "write and sync it", e);
         self.out.write_all(&sum).map_err(at)?;
         self.out.flush().map_err(at)?;
-        self.out.get_ref().sync_all().map_err(at)?;
+        self.out.get_ref().sync().map_err(at)?;
         self.scratch.sync_dirs()?;
-        // Before the journal names them, and not only once it is certain to be in force.
-        self.files.iter().for_each(|named| named.pin());
-        fs::rename(&self.temp, &self.path)
-            .map_err(|e| Error::io(&self.path, "put the journal in its place", e))?;
+        // Before the journal names them, and not only once it is certain to be in force; those of
+        // the one before stay until then.
+        let before = self.scratch.pinned_now();
+        let both = before.iter().chain(&self.files).map(Arc::clone).collect();
+        self.scratch.pin(both);
+        if let Err(e) = fs::rename(&self.temp, &self.path) {
+            self.scratch.pin(before);
+            return Err(Error::io(&self.path, "put the journal in its place", e));
+        }
         let dir = self.path.parent().unwrap_or(Path::new("."));
         // The folder may be as new as the journal.
         let above = dir.join("..");
@@ -186,7 +191,7 @@ impl Pen {
 
 /// Reads a journal.
 pub struct Reader {
-    input: BufReader<File>,
+    input: BufReader<Stream>,
     path: PathBuf,
     line: String,
     files: Vec<Arc<Named>>,
@@ -213,7 +218,7 @@ impl Reader {
         dir: &Path,
     ) -> Result<Reader> {
         check_sum(path)?;
-        let file = File::open(path).map_err(|e| Error::io(path, "open it for reading", e))?;
+        let file = Stream::open(path).map_err(|e| Error::io(path, "open it for reading", e))?;
         let mut input = BufReader::with_capacity(64 << 10, file);
         let mut line = String::new();
         input
@@ -259,7 +264,9 @@ impl Reader {
     /// [`Error::Io`].
     pub fn list<T: Pod>(&mut self) -> Result<Vec<T>> {
         let count = self.number()?;
-        let have = fs::metadata(&self.path).map_or(0, |meta| meta.len());
+        let have = fs::metadata(&self.path)
+            .map_err(|e| Error::io(&self.path, "ask its length", e))?
+            .len();
         if count.saturating_mul(size_of::<T>() as u64) > have {
             return Err(Error::Internal(format!(
                 "{}: a list of {count} values, longer than the journal",
@@ -359,7 +366,7 @@ pub fn check_length(file: &DataFile, expected: u64) -> Result<()> {
 /// Refuses a journal whose last eight bytes are not the sum of the others.
 fn check_sum(path: &Path) -> Result<()> {
     let at = |e| Error::io(path, "read it", e);
-    let mut file = File::open(path).map_err(at)?;
+    let mut file = Stream::open(path).map_err(at)?;
     let mut left = file.metadata().map_err(at)?.len().saturating_sub(8);
     let (mut sum, mut block) = (Xxh3::new(), vec![0; 64 << 10]);
     while left > 0 {
@@ -369,7 +376,10 @@ fn check_sum(path: &Path) -> Result<()> {
         left -= n as u64;
     }
     let mut end = [0; 8];
-    let whole = file.read_exact(&mut end).is_ok();
+    let whole = match file.read_exact(&mut end) {
+        Err(e) if e.kind() == ErrorKind::UnexpectedEof => false,
+        done => done.map(|()| true).map_err(at)?,
+    };
     if whole && u64::from_le_bytes(end) == sum.digest() {
         return Ok(());
     }

@@ -12,7 +12,8 @@
 //!
 //! Memory: a descriptor. I/O: a few bytes.
 
-use super::fs;
+use super::fs::{self, Stream};
+use super::left::gone;
 use super::stop::Fleeting;
 use crate::error::{Error, Result};
 use rustix::fs::{FlockOperation, OFlags, flock};
@@ -25,6 +26,8 @@ use std::path::{Path, PathBuf};
 const NAME: &str = "lock";
 /// What a lock begins with; the number of its process follows.
 const MARK: &str = "cornermill ";
+/// The most bytes of that line.
+const MOST_LINE: u64 = 64;
 /// Files and folders that live as long as a command begin with this.
 pub const PREFIX: &str = ".cornermill-";
 /// Files that will get another name end with this.
@@ -62,36 +65,49 @@ impl Lock {
             let path = dir.join(NAME);
             let mut options = File::options();
             options.read(true).write(true).create(true).truncate(false);
-            let mut file = match open_plain(&path, &mut options) {
+            let file = match open_plain(&path, &mut options) {
                 Ok(file) => file,
                 // Whoever took it for dead has removed the folder meanwhile.
                 Err(e) if e.kind() == std::io::ErrorKind::NotFound && !dir.exists() => continue,
                 Err(e) => {
                     // Only an empty folder goes.
-                    let _ = std::fs::remove_dir(dir);
+                    remove_empty(dir);
                     return Err(Error::io(&path, "open the lock", e));
                 }
             };
             if try_lock(&file, &path)? == Some(false) {
-                let holder = std::fs::read_to_string(&path).ok();
-                let number = holder.and_then(|text| {
-                    let number = text.strip_prefix(MARK)?.trim();
-                    number.parse().ok()
+                let holder = fs::read_up_to(&path, MOST_LINE).ok();
+                let number = holder.and_then(|line| {
+                    let line = String::from_utf8(line).ok()?;
+                    line.strip_prefix(MARK)?.trim().parse().ok()
                 });
                 return Ok(Tried::Held(number));
             }
             if !is_named(&file, &path) {
                 continue;
             }
-            let line = format!("{MARK}{}\n", std::process::id());
-            // On the device before anything that a power cut may leave beside it.
-            file.set_len(0)
-                .and_then(|()| file.write_all(line.as_bytes()))
-                .and_then(|()| file.sync_all())
-                .map_err(|e| Error::io(&path, "write to the lock", e))?;
+            if let Err(e) = sign(&file, &path) {
+                // Nothing else is in a folder that was made just now.
+                if !fs::read_dir(dir).is_ok_and(others) {
+                    gone(&path, fs::remove_file(&path));
+                    remove_empty(dir);
+                }
+                return Err(Error::io(&path, "write to the lock", e));
+            }
             return Ok(Tried::Taken(Lock { _file: file }));
         }
     }
+}
+
+/// Writes the mark and the number of this process into its lock, over what was there: the mark of
+/// a folder that is taken over must not be lost to a full disk. It is on the device before anything
+/// that a power cut may leave beside it.
+fn sign(file: &File, path: &Path) -> std::io::Result<()> {
+    let line = format!("{MARK}{}\n", std::process::id());
+    let mut stream = Stream::new(file.try_clone()?, path);
+    stream.write_all(line.as_bytes())?;
+    fs::set_len(file, path, line.len() as u64)?;
+    stream.sync()
 }
 
 /// Refuses to take a folder that is not one of these: a link, a file, or a folder of somebody's.
@@ -106,9 +122,13 @@ fn check_ours(dir: &Path) -> Result<()> {
     Err(Error::Usage(format!("{} {what}", dir.display())))
 }
 
+/// Whether there is something in a folder besides a lock.
+fn others(list: std::fs::ReadDir) -> bool {
+    list.flatten().any(|entry| entry.file_name() != NAME)
+}
+
 /// Whether a folder is empty, but for a lock perhaps, or has a lock that bears the mark.
 fn is_ours(dir: &Path) -> bool {
-    let others = |list: std::fs::ReadDir| list.flatten().any(|entry| entry.file_name() != NAME);
     // The list first: a process that makes the folder just now marks the lock before all else.
     let empty = !fs::read_dir(dir).is_ok_and(others);
     let mark = || {
@@ -141,25 +161,39 @@ fn try_lock(file: &File, path: &Path) -> Result<Option<bool>> {
     }
 }
 
-/// Removes a folder whose lock is held by this process: the lock goes last, so that nobody takes
-/// the folder while it is emptied. Best effort: what stays is recognised by the next run there.
-pub fn discard(dir: &Path) {
-    for entry in std::fs::read_dir(dir).into_iter().flatten().flatten() {
+/// Removes a folder whose lock is held by this process; true when it is gone. The lock goes last,
+/// so that nobody takes the folder while it is emptied, and only when all else is gone: what stays
+/// is recognised by the next run there, and [told](super::left_behind).
+pub fn discard(dir: &Path) -> bool {
+    let entries = match fs::read_dir(dir) {
+        Ok(entries) => entries,
+        Err(e) => return gone(dir, Err(e)),
+    };
+    let mut emptied = true;
+    for entry in entries.flatten().filter(|entry| entry.file_name() != NAME) {
         let path = entry.path();
-        if entry.file_name() != NAME {
-            let _ = match entry.file_type() {
-                Ok(kind) if kind.is_dir() => fs::remove_dir_all(&path),
-                _ => fs::remove_file(&path),
-            };
-        }
+        let done = match entry.file_type() {
+            Ok(kind) if kind.is_dir() => fs::remove_dir_all(&path),
+            _ => fs::remove_file(&path),
+        };
+        emptied &= gone(&path, done);
     }
-    let _ = fs::remove_file(dir.join(NAME));
-    let _ = std::fs::remove_dir(dir);
+    let lock = dir.join(NAME);
+    emptied && gone(&lock, fs::remove_file(&lock)) && remove_empty(dir)
 }
 
-/// Removes a folder of a dead process.
-pub fn discard_dead(dir: &Path) {
-    sweep_folder(dir);
+/// Removes a folder that is empty, if it still is; true when it is gone.
+fn remove_empty(dir: &Path) -> bool {
+    match fs::remove_dir(dir) {
+        // Another process has taken it meanwhile.
+        Err(e) if e.kind() == std::io::ErrorKind::DirectoryNotEmpty => false,
+        done => gone(dir, done),
+    }
+}
+
+/// Removes a folder of a dead process; true when it is gone.
+pub fn discard_dead(dir: &Path) -> bool {
+    sweep_folder(dir)
 }
 
 /// True when `path` still names this file.
@@ -210,7 +244,7 @@ impl TempFolder {
                 }
                 Ok(Tried::Held(_)) => {}
                 Err(e) => {
-                    let _ = fs::remove_dir_all(&path);
+                    gone(&path, fs::remove_dir_all(&path));
                     return Err(e);
                 }
             }
@@ -242,7 +276,9 @@ pub fn sweep(dir: &Path) {
         }
         // The type of the entry itself: a link is never followed.
         match entry.file_type() {
-            Ok(kind) if kind.is_dir() => sweep_folder(&entry.path()),
+            Ok(kind) if kind.is_dir() => {
+                sweep_folder(&entry.path());
+            }
             Ok(kind) if kind.is_file() && name.to_string_lossy().ends_with(SUFFIX) => {
                 sweep_file(&entry.path());
             }
@@ -256,23 +292,20 @@ fn sweep_file(path: &Path) {
         return;
     };
     if matches!(try_lock(&file, path), Ok(Some(true))) && is_named(&file, path) {
-        let _ = fs::remove_file(path);
+        gone(path, fs::remove_file(path));
     }
 }
 
-fn sweep_folder(dir: &Path) {
+fn sweep_folder(dir: &Path) -> bool {
     let path = dir.join(NAME);
     if !is_ours(dir) {
-        return;
+        return false;
     }
     let Ok(file) = open_plain(&path, File::options().read(true)) else {
         // Just made, or nearly removed: only an empty folder goes.
-        let _ = std::fs::remove_dir(dir);
-        return;
+        return remove_empty(dir);
     };
-    if matches!(try_lock(&file, &path), Ok(Some(true))) && is_named(&file, &path) {
-        discard(dir);
-    }
+    matches!(try_lock(&file, &path), Ok(Some(true))) && is_named(&file, &path) && discard(dir)
 }
 
 #[cfg(test)]

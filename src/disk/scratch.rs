@@ -59,11 +59,6 @@ impl Named {
         &self.path
     }
 
-    /// From now on it is kept as it is.
-    pub(super) fn pin(&self) {
-        self.fate().pinned = true;
-    }
-
     fn fate(&self) -> MutexGuard<'_, Fate> {
         self.fate.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -154,13 +149,8 @@ impl Scratch {
             return Ok(self.around(DataFile::from_file(file, &name, &self.0.io), None));
         }
         let readable = what.replace(|c: char| !c.is_ascii_alphanumeric(), "-");
-        let file = tempfile::Builder::new()
-            .prefix(&format!("{turn:06}-{readable}-"))
-            .tempfile_in(dir)
-            .map_err(failed)?;
-        let (file, path) = file
-            .keep()
-            .map_err(|e| Error::io(dir, "keep a temporary file there", e.error))?;
+        let prefix = format!("{turn:06}-{readable}-");
+        let (file, path) = fs::create_named(dir, &prefix).map_err(failed)?;
         let data = DataFile::from_file(file, &path, &self.0.io);
         Ok(self.around(data, Some(Named::new(&path))))
     }
@@ -204,7 +194,7 @@ impl Scratch {
             fate.pinned = false;
             if let Some(held) = fate.dropped {
                 // Best effort: what stays is removed with its folder.
-                let _ = std::fs::remove_file(&named.path);
+                let _ = fs::remove_file(&named.path);
                 self.0.used.fetch_sub(held, Ordering::Relaxed);
             }
         }
@@ -214,8 +204,34 @@ impl Scratch {
         self.0.pinned.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// The files that are pinned now.
+    pub(super) fn pinned_now(&self) -> Vec<Arc<Named>> {
+        self.pinned().clone()
+    }
+
+    /// Gives up going on from the journal in force: it is removed, and its files are pinned no
+    /// longer.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; the files stay pinned.
+    pub(crate) fn forget(&self) -> Result<()> {
+        if let Some(journal) = &self.0.journal {
+            // The journal first: it must not outlive what it names.
+            match fs::remove_file(journal) {
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(Error::io(journal, "remove it", e));
+                }
+                _ => {}
+            }
+            let dir = journal.parent().unwrap_or(Path::new("."));
+            fs::sync_dir(dir).map_err(|e| Error::io(dir, "sync the folder", e))?;
+            self.pin(Vec::new());
+        }
+        Ok(())
+    }
+
     /// Gives up going on from the journal, for the space that it takes. False when none does.
-    fn give_up(&self) -> bool {
+    pub(crate) fn give_up(&self) -> bool {
         let before = self.0.given_up.load(Ordering::Relaxed);
         let _one = self
             .0
@@ -228,18 +244,11 @@ impl Scratch {
         }
         let waits = |named: &Arc<Named>| named.fate().dropped.is_some();
         let any = self.pinned().iter().any(waits);
-        if let (true, Some(journal)) = (any, &self.0.journal) {
-            // The journal first: it must not outlive what it names.
-            if std::fs::remove_file(journal).is_ok() {
-                if let Some(dir) = journal.parent() {
-                    let _ = fs::sync_dir(dir);
-                }
-                self.pin(Vec::new());
-                self.0.given_up.fetch_add(1, Ordering::Relaxed);
-                return true;
-            }
+        let gave_up = any && self.forget().is_ok();
+        if gave_up {
+            self.0.given_up.fetch_add(1, Ordering::Relaxed);
         }
-        false
+        gave_up
     }
 
     /// Makes the names of the files durable.
@@ -253,13 +262,13 @@ impl Scratch {
     /// Removes all files of the folders but these. Only for folders that are the process's own.
     pub(super) fn sweep(&self, stay: &[&Path]) -> Result<()> {
         for dir in &self.0.dirs {
-            let list = std::fs::read_dir(dir).map_err(|e| Error::io(dir, "list it", e))?;
+            let list = fs::read_dir(dir).map_err(|e| Error::io(dir, "list it", e))?;
             for path in list.flatten().map(|entry| entry.path()) {
                 if path.is_file()
                     && path.file_name() != Some("lock".as_ref())
                     && !stay.contains(&&*path)
                 {
-                    std::fs::remove_file(&path).map_err(|e| Error::io(&path, "remove it", e))?;
+                    fs::remove_file(&path).map_err(|e| Error::io(&path, "remove it", e))?;
                 }
             }
         }
@@ -316,7 +325,7 @@ impl ScratchFile {
     pub fn append(&self, buf: &[u8]) -> Result<u64> {
         self.grow(buf.len() as u64)?;
         let at = self.len.fetch_add(buf.len() as u64, Ordering::Relaxed);
-        self.data.write_at(buf, at)?;
+        self.put(buf, at)?;
         Ok(at)
     }
 
@@ -328,7 +337,7 @@ impl ScratchFile {
         let end = at + buf.len() as u64;
         let before = self.len.fetch_max(end, Ordering::Relaxed);
         self.grow(end.saturating_sub(before))?;
-        self.data.write_at(buf, at)
+        self.put(buf, at)
     }
 
     /// Sets `bytes` aside behind all else and returns the offset where they begin. They take no
@@ -344,7 +353,17 @@ impl ScratchFile {
     /// [`Error::DiskLimit`], [`Error::Io`].
     pub fn fill(&self, buf: &[u8], at: u64) -> Result<()> {
         self.grow(buf.len() as u64)?;
-        self.data.write_at(buf, at)
+        self.put(buf, at)
+    }
+
+    /// Writes; on a full disk what only a journal keeps is given up for it.
+    fn put(&self, buf: &[u8], at: u64) -> Result<()> {
+        loop {
+            match self.data.write_at(buf, at) {
+                Err(e) if e.is_no_space() && self.scratch.give_up() => {}
+                done => return done,
+            }
+        }
     }
 
     /// Frees the first `bytes` of the reserved range at byte `at`, which were filled. False when
@@ -417,7 +436,7 @@ impl Drop for ScratchFile {
                 return;
             }
             // Best effort: what stays is removed with its folder.
-            let _ = std::fs::remove_file(&named.path);
+            let _ = fs::remove_file(&named.path);
         }
         self.scratch.0.used.fetch_sub(held, Ordering::Relaxed);
     }

@@ -9,6 +9,7 @@
 //!
 //! Memory: a path for each temporary file or folder that exists. I/O: none.
 
+use super::fs;
 use super::lock::discard;
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -74,7 +75,7 @@ pub fn remove_fleeting() {
             continue;
         }
         // Best effort: what stays is recognised by the next run there.
-        if std::fs::remove_file(&path).is_err() {
+        if fs::remove_file(&path).is_err() {
             discard(&path);
         }
     }

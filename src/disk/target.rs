@@ -7,19 +7,21 @@
 //! Memory: none that grows. I/O: what its owner writes.
 
 use super::fs::{self, Stream};
+use super::left::gone;
 use super::lock::{claim, sweep};
 use super::stop::Fleeting;
 use super::{Counters, DataFile};
 use crate::error::{Error, Result};
+use std::fs::File;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use tempfile::NamedTempFile;
+use tempfile::TempPath;
 
 /// A file under a temporary name beside its target; gone when dropped before it is kept.
 #[derive(Debug)]
 pub struct Target {
-    temp: NamedTempFile,
+    temp: Temporary,
     stream: Stream,
     path: PathBuf,
     force: bool,
@@ -54,7 +56,7 @@ impl Target {
             Some(dir) if !dir.as_os_str().is_empty() => dir,
             _ => Path::new("."),
         };
-        if let (Ok(dir), Ok(source)) = (dir.canonicalize(), source.canonicalize())
+        if let (Ok(dir), Ok(source)) = (fs::canonicalize(dir), fs::canonicalize(source))
             && dir.starts_with(&source)
         {
             return refuse(
@@ -64,13 +66,13 @@ impl Target {
         }
         sweep(dir);
         let failed = |e| Error::io(dir, "create a file there", e);
-        let mut temp = fs::create_temporary(dir).map_err(failed)?;
-        while !claim(temp.as_file(), temp.path())? {
-            temp = fs::create_temporary(dir).map_err(failed)?;
+        let mut temp = Temporary::new(dir).map_err(failed)?;
+        while !claim(&temp.file, &temp.path)? {
+            temp = Temporary::new(dir).map_err(failed)?;
         }
-        let stream = Stream::new(temp.as_file().try_clone().map_err(failed)?, path);
+        let stream = Stream::new(temp.file.try_clone().map_err(failed)?, path);
         Ok(Target {
-            _fleeting: Fleeting::new(temp.path()),
+            _fleeting: Fleeting::new(&temp.path),
             temp,
             stream,
             path: path.to_owned(),
@@ -88,7 +90,7 @@ impl Target {
     /// # Errors
     /// [`Error::Io`].
     pub fn data(&self, io: &Arc<Counters>) -> Result<DataFile> {
-        DataFile::open_rw(self.temp.path(), io)
+        DataFile::open_rw(&self.temp.path, io)
     }
 
     /// The file, to write to.
@@ -101,7 +103,7 @@ impl Target {
     /// # Errors
     /// [`Error::Io`].
     pub fn bytes(&self) -> Result<u64> {
-        let length = fs::length(self.temp.as_file(), &self.path);
+        let length = fs::length(&self.temp.file, &self.path);
         length.map_err(|e| Error::io(&self.path, "ask its length", e))
     }
 
@@ -111,11 +113,13 @@ impl Target {
     /// [`Error::Usage`] when a file of that name has appeared meanwhile; [`Error::Io`].
     pub fn keep(self) -> Result<PathBuf> {
         let Target {
-            temp, path, force, ..
+            mut temp,
+            path,
+            force,
+            ..
         } = self;
-        fs::sync(temp.as_file(), &path)
-            .map_err(|e| Error::io(&path, "sync it to the device", e))?;
-        match fs::persist(temp, &path, force) {
+        fs::sync(&temp.file, &path).map_err(|e| Error::io(&path, "sync it to the device", e))?;
+        match temp.persist(&path, force) {
             Ok(()) => Ok(path),
             Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => Err(exists(&path)),
             Err(e) => Err(Error::io(&path, "give the finished file its name", e)),
@@ -127,6 +131,45 @@ impl Target {
 pub fn same_file(a: &Path, b: &Path) -> bool {
     let file = |path: &Path| path.metadata().ok().map(|meta| (meta.dev(), meta.ino()));
     file(a).is_some() && file(a) == file(b)
+}
+
+/// A file under a name that nobody has, gone when dropped before it is given another.
+#[derive(Debug)]
+struct Temporary {
+    file: File,
+    path: PathBuf,
+    /// None once it has its name.
+    name: Option<TempPath>,
+}
+
+impl Temporary {
+    fn new(dir: &Path) -> std::io::Result<Temporary> {
+        let (file, name) = fs::create_temporary(dir)?.into_parts();
+        Ok(Temporary {
+            file,
+            path: name.to_path_buf(),
+            name: Some(name),
+        })
+    }
+
+    fn persist(&mut self, path: &Path, replace: bool) -> std::io::Result<()> {
+        let Some(name) = self.name.take() else {
+            return Ok(());
+        };
+        fs::persist(name, path, replace).map_err(|(e, name)| {
+            self.name = Some(name);
+            e
+        })
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        if let Some(mut name) = self.name.take() {
+            name.disable_cleanup(true);
+            gone(&self.path, fs::remove_file(&self.path));
+        }
+    }
 }
 
 fn exists(path: &Path) -> Error {

@@ -10,7 +10,7 @@ use super::strip::{self, Strip};
 use super::used::Used;
 use super::{ExportCount, ExportRequest, Format, gather, npy, plain, ply, stl};
 use crate::disk::{DataFile, Lease, Workspace};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, conserve};
 use crate::folder::{self, Folder, npy::DATA_START};
 use crate::table::array::{self, Coords};
 use std::path::PathBuf;
@@ -170,7 +170,8 @@ impl<'a> Job<'a> {
         mut f: impl FnMut(&[[u64; 3]]) -> Result<()>,
     ) -> Result<()> {
         if let Some(strip) = &mut self.strip {
-            return strip::each_block(*strip, self.step, &mut f);
+            let listed = strip::each_block(*strip, self.step, &mut f)?;
+            return conserve(pass, "triangles", self.triangles, listed);
         }
         let progress = &self.ws.progress;
         progress.begin(pass, "triangles", self.faces.triangles());
@@ -216,7 +217,7 @@ impl<'a> Job<'a> {
         let mut buf = vec![0; self.step as usize * row];
         let progress = &self.ws.progress;
         progress.begin("write vertices", "vertices", self.all_vertices);
-        let mut from = 0;
+        let (mut from, mut written) = (0, 0);
         while from < self.all_vertices {
             let n = self.step.min(self.all_vertices - from);
             // What has no vertex to write is not read.
@@ -230,6 +231,7 @@ impl<'a> Job<'a> {
             for (i, point) in bytes.chunks_exact(row).enumerate() {
                 let wanted = self.used.as_ref();
                 if wanted.is_none_or(|used| used.has(from + i as u64)) {
+                    written += 1;
                     f(*kind, point)?;
                 }
             }
@@ -237,7 +239,7 @@ impl<'a> Job<'a> {
             from += n;
         }
         progress.end();
-        Ok(())
+        conserve("write vertices", "vertices", self.vertices, written)
     }
 
     pub(super) fn count(&self, bytes: u64, files: Vec<PathBuf>) -> ExportCount {

@@ -20,14 +20,16 @@ pub trait Strip {
     fn each(&mut self, f: &mut dyn FnMut([u64; 3]) -> Result<()>) -> Result<()>;
 }
 
-/// Calls `f` with the triangles of a strip in blocks of `step`.
+/// Calls `f` with the triangles of a strip in blocks of `step`; returns how many there were.
 pub(super) fn each_block(
     strip: &mut dyn Strip,
     step: u64,
     f: &mut dyn FnMut(&[[u64; 3]]) -> Result<()>,
-) -> Result<()> {
+) -> Result<u64> {
     let mut block = Vec::with_capacity(step as usize);
+    let mut all = 0;
     strip.each(&mut |triangle| {
+        all += 1;
         block.push(triangle);
         if block.len() as u64 == step {
             f(&block)?;
@@ -35,5 +37,6 @@ pub(super) fn each_block(
         }
         Ok(())
     })?;
-    f(&block)
+    f(&block)?;
+    Ok(all)
 }

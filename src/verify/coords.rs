@@ -37,6 +37,10 @@ pub(super) struct Frame {
     /// A quarter of the largest extent: the difference of two doubles may overflow, that of
     /// their quarters does not.
     quarter: f64,
+    /// The grid of volumes: halves of coordinates times this are steps, and a step is two to this
+    /// power.
+    steps: f64,
+    exponent: i32,
     /// Vertices with a coordinate that is not finite.
     pub(super) nonfinite: u64,
 }
@@ -47,6 +51,8 @@ impl Frame {
             min: [f64::INFINITY; 3],
             max: [f64::NEG_INFINITY; 3],
             quarter: 0.0,
+            steps: 1.0,
+            exponent: 1,
             nonfinite: 0,
         }
     }
@@ -71,17 +77,47 @@ impl Frame {
     }
 
     fn close(&mut self) {
+        let mut half = 0.0f64;
         for axis in 0..3 {
             if self.min[axis] <= self.max[axis] {
                 let extent = self.max[axis] * 0.25 - self.min[axis] * 0.25;
                 self.quarter = self.quarter.max(extent);
+                half = half.max(self.max[axis] * 0.5 - self.min[axis] * 0.5);
             }
+        }
+        if half > 0.0 {
+            // The least power of two that half the extent is not above; far below what is normal
+            // the grid is coarser.
+            let e = (-980..).find(|&e| half <= 2f64.powi(e)).unwrap_or(1024);
+            self.steps = 2f64.powi(30 - e);
+            self.exponent = e + 1 - 30;
         }
     }
 
-    /// The largest extent as four equal factors: multiply by each in turn.
-    pub(super) fn scale(&self, x: f64, powers: u32) -> f64 {
-        (0..powers).fold(x, |x, _| x * self.quarter * 4.0)
+    /// A finite point of the box in whole steps of the grid: the nearest, of two the even one.
+    fn on_grid(&self, p: [f64; 3]) -> [i64; 3] {
+        [0, 1, 2].map(|axis| {
+            let x = (p[axis] * 0.5 - self.min[axis] * 0.5) * self.steps;
+            x.round_ties_even() as i64
+        })
+    }
+
+    /// A volume in the units of the coordinates from one in steps.
+    pub(super) fn volume(&self, steps: i128) -> f64 {
+        let (mut volume, mut e) = (steps as f64, 3 * self.exponent);
+        // In factors that leave the range of the type only when the result does.
+        while e != 0 {
+            let part = e.clamp(-900, 900);
+            volume *= 2f64.powi(part);
+            e -= part;
+        }
+        volume
+    }
+
+    /// An area in the units of the coordinates from one in squares of the largest extent, which
+    /// may overflow where its quarter does not.
+    pub(super) fn square(&self, x: f64) -> f64 {
+        x * self.quarter * 4.0 * self.quarter * 4.0
     }
 
     /// A finite point in units of the largest extent, from the least corner of the box.
@@ -95,9 +131,8 @@ impl Frame {
         out
     }
 
-    /// Adds to a component what a triangle has: box, volume, area, sides. `seams` says which
-    /// corners face an edge without an opposite.
-    pub(super) fn measure(&self, tally: &mut Tally, points: [[f64; 3]; 3], seams: u8) {
+    /// Adds to a component what a triangle has: box, volume, area, sides.
+    pub(super) fn measure(&self, tally: &mut Tally, points: [[f64; 3]; 3]) {
         let mut finite = true;
         for p in points {
             if !p.iter().all(|x| x.is_finite()) {
@@ -105,8 +140,9 @@ impl Frame {
                 continue;
             }
             for (axis, x) in p.into_iter().enumerate() {
-                tally.min[axis] = tally.min[axis].min(x);
-                tally.max[axis] = tally.max[axis].max(x);
+                // A zero has no sign in a box.
+                tally.min[axis] = tally.min[axis].min(x + 0.0);
+                tally.max[axis] = tally.max[axis].max(x + 0.0);
             }
         }
         if !finite {
@@ -116,17 +152,24 @@ impl Frame {
         let [a, b, c] = points.map(|p| self.unit(p));
         let (ab, ac, bc) = (minus(b, a), minus(c, a), minus(c, b));
         let normal = cross(ab, ac);
-        // (A x B).C = A.((B - A) x (C - A)): small factors first, so that little cancels.
-        tally.volume.add(dot(a, normal));
+        tally
+            .volume
+            .add(determinant(points.map(|p| self.on_grid(p))));
         tally.area.add(dot(normal, normal).sqrt() * 0.5);
-        for (k, side) in [bc, ac, ab].into_iter().enumerate() {
-            let length = dot(side, side).sqrt();
-            tally.sides.add(length);
-            if seams >> k & 1 != 0 {
-                tally.seams.add(length);
-            }
+        for side in [bc, ac, ab] {
+            tally.sides.add(dot(side, side).sqrt());
         }
     }
+}
+
+/// Of three points whose coordinates are at most 2^30: no sum of two products reaches 2^63.
+fn determinant([a, b, c]: [[i64; 3]; 3]) -> i128 {
+    (0..3)
+        .map(|k| {
+            let (l, m) = ((k + 1) % 3, (k + 2) % 3);
+            i128::from(a[k]) * i128::from(b[l] * c[m] - b[m] * c[l])
+        })
+        .sum()
 }
 
 fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

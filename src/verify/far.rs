@@ -21,7 +21,6 @@ use bytemuck::{Pod, Zeroable};
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct Wanted {
     pub(super) vertex: u64,
-    /// The corner, shifted left by one, and whether it faces an edge without an opposite.
     pub(super) corner: u64,
 }
 
@@ -79,17 +78,15 @@ pub(super) fn measure(
     let mut labels = IdReader::new(ws, &arrays.component, memory / 16)?;
     while let Some(first) = by_corner.next()? {
         let mut points = [first.point; 3];
-        let mut seams = first.corner as u8 & 1;
-        for (k, point) in points.iter_mut().enumerate().skip(1) {
+        for point in &mut points[1..] {
             if let Some(next) = by_corner.next()? {
                 *point = next.point;
-                seams |= (next.corner as u8 & 1) << k;
             }
         }
         // Only triangles with a label were wanted.
-        let label = labels.get((first.corner >> 1) / 3)?;
+        let label = labels.get(first.corner / 3)?;
         if let Some(label) = label.filter(|&l| l < arrays.components) {
-            coords.frame.measure(table.of(label)?, points, seams);
+            coords.frame.measure(table.of(label)?, points);
         }
         ws.progress.advance(3);
     }

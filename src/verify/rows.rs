@@ -105,14 +105,7 @@ pub(super) fn run<R: TableRow>(
         component.numbering(&mut before);
         component.columns(&mut counted);
         component.orientation();
-        measures::check(
-            findings,
-            label,
-            &component.row,
-            &tally,
-            frame,
-            component.tight(),
-        );
+        measures::check(findings, label, &component.row, &tally, frame);
         if let Some(said) = row.measures() {
             let (closed, orientable) = (component.closed(), component.orientable());
             let own = shape::of(&tally, closed, orientable);
@@ -213,20 +206,14 @@ impl Component<'_> {
         counted.flipped += u64::from(tally.flipped == tally.triangles);
     }
 
-    /// True when the sign of the volume decides the orientation. The row's volume is held to
-    /// the recounted one elsewhere; whether it is exactly zero on the volume grid is the
-    /// row's word, unless it is too small for the row's type.
+    /// True when the sign of the volume decides the orientation.
     fn outward(&self) -> bool {
-        if self.orient != Orient::Outward || !self.orientable() || !self.tight() {
-            return false;
-        }
-        let Some(frame) = self.frame.filter(|_| self.tally.nonfinite == 0) else {
-            return false;
-        };
-        let volume = self.row.six_volume;
-        let own = self.tally.volume.value();
-        let small = frame.scale(own, 3).abs() < f64::MIN_POSITIVE;
-        volume != 0.0 && !volume.is_nan() || small && own != 0.0 && self.row.outward == 1
+        let measured = self.frame.is_some() && self.tally.nonfinite == 0;
+        self.orient == Orient::Outward
+            && self.orientable()
+            && self.tight()
+            && measured
+            && self.tally.volume.value() != 0
     }
 
     fn orientation(&self) {

@@ -354,18 +354,12 @@ impl<'a, E: EdgeRecord> Lane<'a, E> {
                 self.table.of(row.label)?.unmeasured += 1;
                 continue;
             }
-            let seam = |k: usize| u8::from(row.o[k] == u64::MAX);
             if near {
                 let points = [0, 1, 2].map(|k| self.points[3 * i + k]);
-                let seams = seam(0) | seam(1) << 1 | seam(2) << 2;
-                coords
-                    .frame
-                    .measure(self.table.of(row.label)?, points, seams);
+                coords.frame.measure(self.table.of(row.label)?, points);
                 continue;
             }
-            for k in 0..3 {
-                let corner = (3 * row.t + k as u64) << 1 | u64::from(seam(k));
-                let vertex = row.v[k];
+            for (corner, vertex) in (3 * row.t..).zip(row.v) {
                 self.wanted.push(Wanted { vertex, corner })?;
             }
         }

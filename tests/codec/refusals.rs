@@ -7,8 +7,12 @@ use cornermill::Error;
 use cornermill::build::IndexChoice;
 use cornermill::codec::Level;
 use cornermill::codec::decode::decode;
+use cornermill::codec::encode::{EncodeRequest, encode};
 use cornermill::codec::file::Packed;
 use cornermill::codec::grid::Precision;
+use cornermill::disk::Counters;
+use cornermill::folder::Folder;
+use std::sync::Arc;
 
 /// Opens and decodes bytes; what went wrong, if anything did.
 fn opened(case: &Case, bytes: &[u8]) -> Result<(), Error> {
@@ -67,4 +71,57 @@ fn other_files_are_none_of_ours() {
     is_refused(&case, &[0; 500], "zeros");
     let twice = [&bytes[..], &bytes].concat();
     is_refused(&case, &twice, "two files in one");
+}
+
+/// Refused in 1 MiB; in what that names it is encoded, and the bytes are those of ample memory.
+#[test]
+fn the_least_budget_that_is_named_suffices() {
+    for (size, most) in [(3, 40), (3, 1 << 20), (40, 900), (40, 20_000)] {
+        let case = Case::new(&told_apart(bench::mixture(size)), IndexChoice::Auto);
+        let folder = Folder::open(&case.folder, &Arc::new(Counters::default())).unwrap();
+        let mut request = EncodeRequest::new(case.path("m.cmz"), Precision::Bits(12));
+        (request.most, request.force) = (most, true);
+        for threads in [1, 2] {
+            let encoded = |memory| {
+                let ws = workspace(case.dir.path(), memory, threads);
+                let count = encode(&ws, &folder, &request)?;
+                assert!(ws.budget.peak() <= memory);
+                Ok((count, std::fs::read(case.path("m.cmz")).unwrap()))
+            };
+            let how = format!("size {size}, chunks of {most}, {threads} threads");
+            let need = match encoded(1 << 20) {
+                Err(Error::Budget { need, .. }) => need,
+                other => panic!("{how}: {other:?}"),
+            };
+            let least = encoded(need).unwrap_or_else(|e| panic!("{how}: {e}"));
+            assert!(least == encoded(256 << 20).unwrap(), "{how}: other bytes");
+            let counts = &folder.manifest().counts;
+            let tight = 12 << 20 | 500 * (counts.triangles + counts.vertices);
+            assert!(
+                need < tight,
+                "{how}: {need} bytes is far more than that takes"
+            );
+        }
+    }
+}
+
+/// The dealing fits, the chunk does not: the second figure suffices.
+#[test]
+fn a_chunk_that_does_not_fit_is_refused_with_what_suffices() {
+    let case = Case::new(&told_apart(bench::mixture(60)), IndexChoice::Auto);
+    let folder = Folder::open(&case.folder, &Arc::new(Counters::default())).unwrap();
+    let request = EncodeRequest::new(case.path("m.cmz"), Precision::Bits(12));
+    let refused = |memory| {
+        let ws = workspace(case.dir.path(), memory, 1);
+        match encode(&ws, &folder, &request) {
+            Err(Error::Budget { need, what, .. }) => Some((need, what)),
+            done => {
+                done.unwrap();
+                None
+            }
+        }
+    };
+    let (need, what) = refused(4 << 20).expect("too little");
+    assert_eq!(what, "coding a chunk");
+    assert_eq!(refused(need), None);
 }

@@ -4,7 +4,7 @@ use crate::by_hand::{Mesh, tetrahedron, workspace};
 use crate::{FORMATS, Home, motley, named, request, selection_of};
 use cornermill::Error;
 use cornermill::disk::Progress;
-use cornermill::export::{ExportRequest, Format, export, export_to};
+use cornermill::export::{ExportRequest, Format, Strip, export, export_strip, export_to};
 use cornermill::folder::Folder;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -233,5 +233,37 @@ fn a_damaged_folder_is_named() {
             assert!(error.to_string().contains(words), "{error}");
             assert_eq!(home.names(), ["m.ct"]);
         }
+    }
+}
+
+/// Says that it has three triangles, and has two.
+struct Short;
+
+impl Strip for Short {
+    fn count(&self) -> u64 {
+        3
+    }
+    fn each(
+        &mut self,
+        f: &mut dyn FnMut([u64; 3]) -> cornermill::Result<()>,
+    ) -> cornermill::Result<()> {
+        (0..2).try_for_each(|_| f([0, 1, 2]))
+    }
+}
+
+#[test]
+fn triangles_that_a_list_keeps_back_are_missed() {
+    let home = Home::of(&motley());
+    for format in [Format::Ply, Format::Stl] {
+        let ws = workspace(home.dir.path(), 1 << 22);
+        let folder = Folder::open(&home.path, &ws.io).unwrap();
+        let request = ExportRequest::new(format, home.dir.path().join("short"));
+        let error = export_strip(&ws, &folder, &request, &mut Short).unwrap_err();
+        let said = error.to_string();
+        assert!(
+            said.contains("was given 3 triangles, and accounts for 2"),
+            "{said}"
+        );
+        assert!(!home.dir.path().join("short").exists());
     }
 }

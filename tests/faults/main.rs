@@ -10,20 +10,25 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod place;
+mod resumed;
+mod room;
 mod runs;
+mod stays;
 
 use cornermill::disk::faults::{Fault, Faults};
 use cornermill::disk::fs::Call;
+use cornermill::disk::interrupt;
 use place::{Place, Tree};
-use runs::{Case, cases};
+use runs::{Case, cases, every};
 use std::path::PathBuf;
 
 const EIO: i32 = 5;
 const ENOSPC: i32 = 28;
 const EROFS: i32 = 30;
 const EDQUOT: i32 = 122;
+const SIGTERM: i32 = 15;
 
-/// All but what only cleans up and what asks for memory.
+/// All but removals, of which `stays` tells, and what asks for memory.
 const FILES: [Call; 9] = [
     Call::Open,
     Call::Create,
@@ -44,6 +49,8 @@ enum Must {
     FailOnDisk,
     /// Exit code 5, or the right output.
     LackMemory,
+    /// Exit code 143, or the right output.
+    Stop,
     /// The right output.
     Succeed,
 }
@@ -68,6 +75,7 @@ fn every_call(faults: &Faults, case: &Case, kinds: &[Call], fault: Fault, must: 
         faults.arm(n, kinds, fault);
         let (code, said) = place.run(case);
         let (_, struck) = faults.disarm();
+        interrupt(0);
         let what = format!(
             "{}, call {n} of {calls} of {kinds:?}, {fault:?}: {code} {said}",
             case.name
@@ -123,6 +131,7 @@ fn judge(
     let allowed = match must {
         Must::FailOnDisk => 4,
         Must::LackMemory => 5,
+        Must::Stop => 143,
         Must::Succeed => 0,
     };
     assert_eq!(code, allowed, "{what}");
@@ -171,6 +180,43 @@ fn what_is_cut_short_or_interrupted_is_gone_on_with() {
             every_call(&faults, &case, kinds, fault, Must::Succeed);
         }
     }
+}
+
+#[test]
+fn a_signal_at_any_call_ends_in_order() {
+    let faults = Faults::new();
+    for mut case in cases() {
+        case.stride = every(30 * case.stride);
+        every_call(&faults, &case, &FILES, Fault::Stop(SIGTERM), Must::Stop);
+    }
+}
+
+#[test]
+fn a_call_that_takes_long_changes_no_byte() {
+    let faults = Faults::new();
+    let mut all = 0;
+    for case in cases() {
+        let place = Place::new(&case);
+        faults.arm(0, &FILES, Fault::Delay);
+        let (code, said) = place.run(&case);
+        let (calls, _) = faults.disarm();
+        assert_eq!(code, 0, "{}: {said}", case.name);
+        let right = place.outputs();
+        place.clear();
+        for n in (1..=calls).step_by((calls as usize / 8).max(1)) {
+            faults.arm(n, &FILES, Fault::Delay);
+            let (code, said) = place.run_so(&case, "--threads=2");
+            all += faults.disarm().1;
+            assert_eq!(code, 0, "{}, call {n}: {said}", case.name);
+            assert!(
+                place.outputs() == right,
+                "{}, call {n}: other bytes",
+                case.name
+            );
+            place.clear();
+        }
+    }
+    assert!(all > 100, "{all} calls were late");
 }
 
 #[test]

@@ -24,6 +24,21 @@ fn walk(root: &Path, dir: &Path, tree: &mut Tree) {
     }
 }
 
+/// The folders that runs write in.
+const MADE: [&str; 2] = ["out", "tmp"];
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).expect("a folder");
+    for entry in std::fs::read_dir(from).expect("a folder is read") {
+        let path = entry.expect("an entry").path();
+        let to = to.join(path.file_name().expect("a name"));
+        match path.is_dir() {
+            true => copy(&path, &to),
+            false => drop(std::fs::copy(&path, &to).expect("a file is copied")),
+        }
+    }
+}
+
 /// True for what a case makes under a final name.
 fn is_output(name: &Path) -> bool {
     name.starts_with("out")
@@ -57,8 +72,13 @@ impl Place {
         self.dir.path().to_str().expect("a plain name")
     }
 
-    /// Runs the command of the case.
+    /// Runs the command of the case on one thread.
     pub fn run(&self, case: &Case) -> (u8, String) {
+        self.run_so(case, "--threads=1")
+    }
+
+    /// Runs it with further options.
+    pub fn run_so(&self, case: &Case, more: &str) -> (u8, String) {
         let root = self.root();
         let args = case.args.split_whitespace();
         let args = ["cornermill"].into_iter().chain(args);
@@ -67,7 +87,7 @@ impl Place {
         let common = if plain {
             String::new()
         } else {
-            format!("--quiet --threads=1 --tmp={root}/tmp")
+            format!("--quiet --tmp={root}/tmp {more}")
         };
         let args: Vec<_> = args
             .map(|a| a.replace('@', root))
@@ -97,10 +117,43 @@ impl Place {
             .collect()
     }
 
-    /// Removes the outputs.
+    /// Removes the outputs, and what was left beside them.
     pub fn clear(&self) {
-        let out = self.dir.path().join("out");
-        std::fs::remove_dir_all(&out).expect("outputs are removed");
-        std::fs::create_dir(&out).expect("a folder");
+        for name in MADE {
+            let dir = self.dir.path().join(name);
+            std::fs::remove_dir_all(&dir).expect("outputs are removed");
+            std::fs::create_dir(&dir).expect("a folder");
+        }
+    }
+
+    /// Removes the outputs alone.
+    pub fn clear_outputs(&self) {
+        for name in self
+            .outputs()
+            .keys()
+            .filter(|n| n.components().count() == 2)
+        {
+            let path = self.dir.path().join(name);
+            let done = match path.is_dir() {
+                true => std::fs::remove_dir_all(&path),
+                false => std::fs::remove_file(&path),
+            };
+            done.expect("an output is removed");
+        }
+    }
+
+    /// Keeps a copy of all that was made.
+    pub fn copy_to(&self, to: &Path) {
+        MADE.iter()
+            .for_each(|name| copy(&self.dir.path().join(name), &to.join(name)));
+    }
+
+    /// Puts back what a copy holds.
+    pub fn restore_from(&self, from: &Path) {
+        for name in MADE {
+            let dir = self.dir.path().join(name);
+            std::fs::remove_dir_all(&dir).expect("outputs are removed");
+            copy(&from.join(name), &dir);
+        }
     }
 }

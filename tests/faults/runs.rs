@@ -18,6 +18,15 @@ pub struct Case {
     pub stride: u64,
 }
 
+/// Every so manyth call; every one when `EVERY_CALL` is set, which takes minutes.
+pub fn every(stride: u64) -> u64 {
+    if std::env::var_os("EVERY_CALL").is_some() {
+        1
+    } else {
+        stride
+    }
+}
+
 fn mesh() -> Mesh {
     let mut mesh = surfaces::torus(9, 8);
     mesh.shuffle(&mut Random::new(3));
@@ -138,5 +147,31 @@ pub fn cases() -> Vec<Case> {
         write("normals", "normals @/in/m.ct -o @/out/n.npy"),
         write("picture", "picture @/in/m.ct -o @/out/p.png --size=32x32"),
         write("report", "report @/in/m.ct -o @/out/r.html --size=32"),
+    ]
+}
+
+/// Builds that write down every step, with the steps that each can be gone on with behind.
+pub fn stepwise() -> Vec<(Case, Vec<&'static str>)> {
+    let build = |name, args: &str, settled, stride| {
+        let args = format!("build {args} -o @/out/m.ct --memory=64MiB --checkpoint=0");
+        let case = Case {
+            stride,
+            ..case(name, &args, meshes, true)
+        };
+        (case, vec!["coordinates", settled, "finish"])
+    };
+    let small = "--chunk-triangles=20 --buckets=4";
+    let way = |strategy| format!("@/in/m.ply {small} --strategy={strategy}");
+    vec![
+        build("steps in order", &way("memory"), "chunks", 5),
+        build("steps, contract", &way("contract"), "chunks", 31),
+        build("steps by place", &way("by-place"), "settle by place", 9),
+        build("steps by id", &way("by-id"), "settle by id", 9),
+        build(
+            "steps of welds",
+            "@/in/a.stl --strategy=memory",
+            "chunks",
+            13,
+        ),
     ]
 }

@@ -109,7 +109,7 @@ fn pieces(v: &[[u64; 3]], edges: &Edges) -> Vec<Piece> {
     all
 }
 
-/// The volume grid: least corner of the box of the finite vertices, and the step.
+/// The volume grid: least corner of the box of the finite vertices, and the step, a power of two.
 fn grid(g: &[[f64; 3]]) -> ([f64; 3], f64) {
     let finite = g.iter().filter(|p| p.iter().all(|x| x.is_finite()));
     let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
@@ -120,7 +120,14 @@ fn grid(g: &[[f64; 3]]) -> ([f64; 3], f64) {
         }
     }
     let extent = (0..3).map(|a| max[a] - min[a]).fold(0.0, f64::max);
-    (min, extent / f64::from(1 << 30))
+    let mut unit = 1.0;
+    while unit < extent {
+        unit *= 2.0;
+    }
+    while unit / 2.0 >= extent && extent > 0.0 {
+        unit /= 2.0;
+    }
+    (min, unit / f64::from(1 << 30))
 }
 
 /// Six times the volume in grid steps, and the area, of triangles in an orientation.
@@ -135,7 +142,7 @@ fn measures(v: &[[u64; 3]], turned: &[(usize, bool)], g: &[[f64; 3]]) -> Option<
         let q = p.map(|p| {
             [0, 1, 2].map(|a| {
                 let steps = (p[a] - min[a]) / step;
-                if step > 0.0 { steps.round() as i128 } else { 0 }
+                steps.round_ties_even() as i128
             })
         });
         let det = q[0][0] * (q[1][1] * q[2][2] - q[1][2] * q[2][1])

@@ -10,16 +10,16 @@
 //! several cells (N/8, held until cells are settled); writers and a piece of V a
 //! thread. I/O: V read once; 4 words a triangle written, 3 more for each edge that goes alone.
 
+use super::super::Job;
 use super::super::arrays::TriangleReader;
 use super::super::first_read::first_read;
-use super::super::{Job, conserve};
 use super::map::CellMap;
 use super::records::{Dealt, Lone};
 use super::{CellPlan, Window};
 use crate::corner::{Index, next_k, prev_k};
 use crate::disk::journal::{Keep, Pen, Reader};
 use crate::disk::{Budget, Lease};
-use crate::error::Result;
+use crate::error::{Result, conserve};
 use crate::shuffle::{Buckets, Shuffle, Writer};
 use std::sync::atomic::{AtomicU64, Ordering};
 

@@ -8,7 +8,7 @@ use super::{Job, Taken};
 use crate::build::arrays::OutArray;
 use crate::chunk::grid::Bounds;
 use crate::disk::{DataFile, Workspace};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, conserve};
 use crate::folder::{self, Folder, npy::DATA_START};
 use crate::table::array::{self, Coords, Width};
 use std::cell::RefCell;
@@ -266,6 +266,7 @@ impl<'a> Source<'a> {
             self.ws.progress.advance(count as u64);
         }
         self.ws.progress.end();
+        conserve("filter: coordinates", "vertices", job.vertices, written)?;
         Ok(Some(array))
     }
 }

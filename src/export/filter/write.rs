@@ -12,7 +12,7 @@ use super::table::Table;
 use super::{Job, MAP_TRIANGLE, MAP_VERTEX};
 use crate::build::arrays::OutArray;
 use crate::corner::{Index, flip_k, next_k, prev_k};
-use crate::error::Result;
+use crate::error::{Result, conserve};
 use crate::folder::{self, Counts};
 
 /// Writes V, O, the labels, the flips and the ids that triangles had.
@@ -95,6 +95,7 @@ pub(super) fn triangles<I: Index>(
             bytes += flips.len() as u64;
             Ok(())
         })?;
+    conserve("filter: write triangles", "triangles", t, done)?;
     let is_down = |c: u64| down[(c / 64) as usize] >> (c % 64) & 1 == 1;
     for [a, b] in links {
         let (a, b) = (table.corner(job, *a)?, table.corner(job, *b)?);
@@ -102,6 +103,14 @@ pub(super) fn triangles<I: Index>(
         out[1].write(b, &[I::of(a)])?;
         counts.regular_edges += 1;
         counts.inconsistent_edges += u64::from(is_down(a) == is_down(b));
+    }
+    // Whether each corner was met with its opposite is the folder's word.
+    let held = 2 * counts.regular_edges + counts.border_edges + counts.nonmanifold_corners;
+    if held != 3 * t {
+        let expected = format!("opposites that pair {} corners", 3 * t);
+        return Err(job
+            .source
+            .damaged(folder::O, String::new(), expected, held.to_string()));
     }
     Ok(out.into())
 }
@@ -122,6 +131,8 @@ pub(super) fn vertices(job: &Job) -> Result<OutArray> {
         }
     }
     array.write(written, &ids)?;
+    written += ids.len() as u64;
+    conserve("filter: write vertices", "vertices", job.vertices, written)?;
     Ok(array)
 }
 

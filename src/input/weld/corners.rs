@@ -17,7 +17,7 @@ use super::firsts::{Count, FirstUses, WORD, id_in};
 use super::windows::{Visit, Windows};
 use crate::corner::Index;
 use crate::disk::{Lease, ScratchFile, Workspace};
-use crate::error::Result;
+use crate::error::{Result, conserve};
 use crate::shuffle::{Buckets, Shuffle, Writer};
 
 /// Ids looked up at a time.
@@ -133,6 +133,7 @@ pub fn corners<R: Index, I: Index>(
                 uses,
                 backs,
                 told,
+                sent: 0,
                 v,
                 _lease: ws.budget.lease("corners of a window", bytes as u64)?,
             };
@@ -162,6 +163,8 @@ struct Sweep<'a, I> {
     backs: &'a ScratchFile,
     /// Corners that `backs` covers.
     told: u64,
+    /// Corners of the window that were sent their ids.
+    sent: u64,
     v: &'a ScratchFile,
     _lease: Lease,
 }
@@ -169,6 +172,7 @@ struct Sweep<'a, I> {
 impl<R: Index, I: Index> Visit<Pair<R>> for Sweep<'_, I> {
     fn take(&mut self, window: u64, records: &[Pair<R>]) -> Result<()> {
         let start = window * self.window;
+        self.sent += records.len() as u64;
         let mut put = |pair: &Pair<R>, id| {
             self.ids[({ pair.key }.wide() - start) as usize] = I::of(id);
         };
@@ -198,15 +202,22 @@ impl<R: Index, I: Index> Visit<Pair<R>> for Sweep<'_, I> {
         self.uses.get(start, &mut self.counts[..words])?;
         // Behind its end, as in its holes, `backs` says that nothing was repeated.
         let told = self.told.saturating_sub(start).min(n as u64) as usize;
+        let firsts = self.counts[..words].iter();
+        let firsts: u64 = firsts.map(|count| u64::from(count.bits.count_ones())).sum();
+        let mut repeats = 0;
         if told > 0 {
             let back = &mut self.back[..n];
             self.backs
                 .read_at(bytemuck::cast_slice_mut(&mut back[..told]), 4 * start)?;
             back[told..].fill(0);
+            repeats = back.iter().filter(|&&back| back > 0).count() as u64;
             sweep(&mut self.ids[..n], back, &self.counts[..words]);
         } else {
             number(&mut self.ids[..n], &self.counts[..words]);
         }
+        // A corner that was not told what it is would have what the window before left.
+        let known = firsts + repeats + std::mem::take(&mut self.sent);
+        conserve("weld: corners", "corners", n as u64, known)?;
         let at = start * size_of::<I>() as u64;
         self.v.write_at(bytemuck::cast_slice(&self.ids[..n]), at)
     }

@@ -13,7 +13,7 @@ use super::cut::Cut;
 use super::windows::{Visit, Windows};
 use crate::corner::Index;
 use crate::disk::{DataFile, Lease, ScratchFile, Workspace};
-use crate::error::Result;
+use crate::error::{Result, conserve};
 use crate::folder::npy::DATA_START;
 use crate::shuffle::Buckets;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -193,7 +193,9 @@ pub fn place<B: Bits, R: Index>(
         |(windows, placer), b| {
             placer.before = starts[b as usize];
             windows.read(&firsts, b, placer)?;
-            ws.progress.advance(firsts.records_of(b));
+            let (given, placed) = (firsts.records_of(b), placer.before - starts[b as usize]);
+            conserve("weld: place", "vertices", given, placed)?;
+            ws.progress.advance(given);
             Ok(())
         },
         |_| Ok(()),

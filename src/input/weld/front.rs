@@ -129,6 +129,15 @@ enum Mode {
     Plain,
 }
 
+/// What came and what went on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counted {
+    /// Corners.
+    pub corners: u64,
+    /// Keys that were handed on.
+    pub keys: u64,
+}
+
 /// Takes the keys of corners in order, from any corner on.
 pub struct Front<'a, K, R, T> {
     table: Table<K, R>,
@@ -142,6 +151,7 @@ pub struct Front<'a, K, R, T> {
     /// The first corner of the block.
     begin: u64,
     next: u64,
+    counted: Counted,
     /// The corner before which something is to be done; all room suffices up to there.
     event: u64,
     _lease: Lease,
@@ -176,6 +186,7 @@ impl<'a, K: Key, R: Index, T: Takes<K, R>> Front<'a, K, R, T> {
             mode: Mode::Trial,
             begin: 0,
             next: 0,
+            counted: Counted::default(),
             event: 0,
             _lease: lease,
         })
@@ -187,9 +198,9 @@ impl<'a, K: Key, R: Index, T: Takes<K, R>> Front<'a, K, R, T> {
         self.mode = Mode::Trial;
     }
 
-    /// What took the keys, after [`end`](Front::end).
-    pub fn into_taker(self) -> T {
-        self.taker
+    /// What took the keys, after [`end`](Front::end), and how many there were.
+    pub fn into_taker(self) -> (T, Counted) {
+        (self.taker, self.counted)
     }
 
     /// The corner that comes next.
@@ -214,6 +225,7 @@ impl<'a, K: Key, R: Index, T: Takes<K, R>> Front<'a, K, R, T> {
             self.back.push((self.next - first.wide()) as u32);
         }
         self.next += 1;
+        self.counted.corners += 1;
         Ok(())
     }
 
@@ -291,6 +303,7 @@ impl<'a, K: Key, R: Index, T: Takes<K, R>> Front<'a, K, R, T> {
     }
 
     fn hand_on(&mut self) -> Result<()> {
+        self.counted.keys += self.table.keys.len() as u64;
         self.taker.keys(&self.table.keys)?;
         self.table.keys.clear();
         Ok(())

@@ -16,7 +16,7 @@ use super::bits::{Bits, First, Key, Pair, Place, same};
 use super::cut::Cut;
 use crate::corner::Index;
 use crate::disk::{Lease, Workspace};
-use crate::error::Result;
+use crate::error::{Result, conserve};
 use crate::shuffle::{Buckets, Shuffle, Sorter, Writer};
 
 /// No place.
@@ -73,11 +73,15 @@ pub fn group<B: Bits, R: Index>(
         },
     )?;
     ws.progress.end();
+    let given = places.records();
     drop(places);
-    Ok(Groups {
+    let groups = Groups {
         firsts: firsts.finish()?,
         others: others.finish()?,
-    })
+    };
+    let sent = groups.firsts.records() + groups.others.records();
+    conserve("weld: group", "positions", given, sent)?;
+    Ok(groups)
 }
 
 /// Where groups go.

@@ -11,7 +11,7 @@ use super::bits::{Bits, Pair, Place, position, unsigned};
 use super::cut::Cut;
 use super::front::{Front, Keyed, Takes};
 use super::stream::SeqReader;
-use super::{Tuning, Welded, finish, shuffle_places};
+use super::{Tuning, Welded, finish, hold, shuffle_places};
 use crate::corner::Index;
 use crate::disk::{Lease, Workspace};
 use crate::error::{Error, Result};
@@ -57,13 +57,16 @@ pub fn indexed<B: Bits, R: Index>(
     read_corners(ws, &v, &request.path, g.vertices, &mut front)?;
     front.end()?;
     drop(v);
+    let (gather, counted) = front.into_taker();
     let Gather {
         near, apart: far, ..
-    } = front.into_taker();
+    } = gather;
     far.finish()?;
     fetch_apart(ws, &g, &request.path, apart.finish()?, near)?;
     let placed = g.placed;
     drop(g);
+    let places = places.finish()?;
+    hold(counted, corners, &places)?;
     finish(
         ws,
         &all,
@@ -71,7 +74,7 @@ pub fn indexed<B: Bits, R: Index>(
         (placed, tuning.filed),
         corners,
         backs,
-        places.finish()?,
+        places,
     )
 }
 

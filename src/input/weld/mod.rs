@@ -48,14 +48,15 @@ mod windows;
 use self::bits::{HASHES, Place};
 use self::cut::Cut;
 use self::firsts::Held;
-use self::front::{Front, Keyed, Takes};
+use self::front::{Counted, Front, Keyed, Takes};
 use super::{CoordArray, CoordKind, Endian, IndexArray, IndexKind, Mesh, Request, Source};
 use crate::corner::Index;
 use crate::disk::{DataFile, ScratchFile, Workspace, fs};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, conserve};
 use crate::folder::npy::DATA_START;
 use crate::shuffle::{Buckets, Plan, Shuffle, Writer};
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 pub(super) use self::bits::Bits;
 pub use self::cost::{WeldCost, WeldSize};
@@ -218,8 +219,10 @@ fn in_order<B: Bits, R: Index, T>(
     let fed = feed(&mut front)?;
     front.end()?;
     let corners = front.next();
-    front.into_taker().0.finish()?;
+    let (taker, counted) = front.into_taker();
+    taker.0.finish()?;
     let places = places.finish()?;
+    hold(counted, corners, &places)?;
     let welded = finish(
         ws,
         &all,
@@ -265,6 +268,7 @@ fn by_units<B: Bits, R: Index, S>(
     let cut = Cut::new(ws.budget.free(), ws.workers.count() as u64, corners, tuning);
     let backs = ws.scratch.file("welded corners")?;
     let places = shuffle_places::<B, R>(ws, &cut, corners)?;
+    let counted = Mutex::new(Counted::default());
     cut.run(
         ws,
         units,
@@ -278,9 +282,17 @@ fn by_units<B: Bits, R: Index, S>(
             ws.progress.usage(ws.budget.used(), ws.scratch.used());
             front.end()
         },
-        |(front, _)| front.into_taker().0.finish(),
+        |(front, _)| {
+            let (taker, own) = front.into_taker();
+            let mut all = counted.lock().unwrap_or_else(|e| e.into_inner());
+            all.corners += own.corners;
+            all.keys += own.keys;
+            taker.0.finish()
+        },
     )?;
     let places = places.finish()?;
+    let counted = counted.into_inner().unwrap_or_else(|e| e.into_inner());
+    hold(counted, corners, &places)?;
     finish(
         ws,
         &cut,
@@ -290,6 +302,16 @@ fn by_units<B: Bits, R: Index, S>(
         backs,
         places,
     )
+}
+
+/// Every corner was taken, and every key that went on is a place.
+fn hold<B: Bits, R: Index>(
+    counted: Counted,
+    corners: u64,
+    places: &Buckets<Place<B, R>>,
+) -> Result<()> {
+    conserve("weld: read", "corners", corners, counted.corners)?;
+    conserve("weld: read", "positions", counted.keys, places.records())
 }
 
 fn shuffle_places<B: Bits, R: Index>(
@@ -330,6 +352,7 @@ fn finish<B: Bits, R: Index>(
     // Without a vertex nothing is written behind the hole for the header.
     file.set_len(DATA_START + vertices * size_of::<[B; 3]>() as u64)?;
     let uses = firsts::place(ws, cut, firsts, count, held, &file)?;
+    let apart = others.records();
     drop(file);
     let g = take_name::<B>(ws, request, &path, vertices)?;
     let others = if held {
@@ -337,6 +360,7 @@ fn finish<B: Bits, R: Index>(
     } else {
         corners::resolve(ws, cut, others, count, &uses)?
     };
+    conserve("weld: resolve", "positions", apart, others.records())?;
     let wide = request.wide || count >= u64::from(u32::MAX);
     let (source, kind) = if wide {
         let v = ws.scratch.file("wide indices")?;

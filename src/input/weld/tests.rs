@@ -505,3 +505,20 @@ fn what_a_weld_takes_is_foretold() {
 
 #[path = "tests_any.rs"]
 mod any;
+
+#[test]
+fn corners_that_a_unit_keeps_back_are_missed() {
+    let bench = Bench::new(1 << 20);
+    let request = request(bench.dir.path(), bench.dir.path());
+    let corner = [[1u32, 2, 3]];
+    let feed = |(): &mut (), soup: &mut dyn Soup<u32>, u: u64| {
+        soup.begin(u);
+        (0..if u == 2 { 2 } else { 3 }).try_for_each(|_| soup.corners(&corner))
+    };
+    let welded = soup_of_units::<u32, ()>(&bench.ws, &request, (4, 4), || Ok(()), feed);
+    let said = welded.map(|_| ()).map_err(|e| e.to_string()).unwrap_err();
+    assert!(
+        said.contains("'weld: read' was given 12 corners, and accounts for 11"),
+        "{said}"
+    );
+}
