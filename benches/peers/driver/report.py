@@ -38,7 +38,8 @@ def row(case, peer, runs):
     notes += [f"{line['value']} triangles refused" for line in lines if line.get("answer") == "refused_triangles" and line["value"]]
     if bad:
         done = ", ".join(phases(bad)) or "nothing"
-        notes.append(f"{WORD[bad['outcome']]}: {bad['message']} (done until then: {done})")
+        until = f" (done until then: {done})" if bad["wall"] else ""
+        notes.append(f"{WORD[bad['outcome']]}: {bad['message']}{until}")
     for run in good:
         own = next((line["hwm_kib"] / 1024 for line in run["lines"] if "hwm_kib" in line), None)
         if own and run["peak_mib"] < SMALL:
