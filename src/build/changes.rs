@@ -5,7 +5,7 @@
 //! bytes to the same place twice is harmless. So once all changes are aside and written down,
 //! whatever became of the arrays, they are made right from the beginning.
 //!
-//! Memory: [`BUFFER`] and a block of places a thread. I/O: what is changed once to scratch, once from
+//! Memory: `BUFFER` and a block of places a thread. I/O: what is changed once to scratch, once from
 //! there, and once to its place; 32 bytes for each range.
 
 use super::Job;

@@ -92,10 +92,10 @@ pub fn discard_rooms(work: &Path) -> bool {
     let Ok(rooms) = rooms_of(work) else {
         return false;
     };
-    rooms
-        .iter()
-        .filter(|room| ours(room) && room.exists())
-        .fold(true, |all, room| discard_dead(room) && all)
+    let there = rooms.iter().filter(|room| ours(room) && room.exists());
+    // All of them are tried, whatever became of one.
+    let stay = there.filter(|room| !discard_dead(room)).count();
+    stay == 0
 }
 
 #[cfg(test)]

@@ -9,8 +9,8 @@
 //! Why the bytes are always the same: what is in a chunk, and in which order, depends on the folder
 //! alone, and chunks are numbered by interval, not by when they are done.
 //!
-//! Memory: for each thread [`TRIANGLE_BYTES`](least::TRIANGLE_BYTES) and a record for each triangle
-//! of a chunk, [`VERTEX_BYTES`](least::VERTEX_BYTES) for each vertex, with fewer threads when there
+//! Memory: for each thread `least::TRIANGLE_BYTES` and a record for each triangle
+//! of a chunk, `least::VERTEX_BYTES` for each vertex, with fewer threads when there
 //! is less; what the dealing and the sorts state. I/O: theirs, G once more by chunk, the file twice.
 
 use super::Level;

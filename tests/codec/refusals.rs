@@ -96,7 +96,7 @@ fn the_least_budget_that_is_named_suffices() {
             let least = encoded(need).unwrap_or_else(|e| panic!("{how}: {e}"));
             assert!(least == encoded(256 << 20).unwrap(), "{how}: other bytes");
             let counts = &folder.manifest().counts;
-            let tight = 12 << 20 | 500 * (counts.triangles + counts.vertices);
+            let tight = (12 << 20) + 500 * (counts.triangles + counts.vertices);
             assert!(
                 need < tight,
                 "{how}: {need} bytes is far more than that takes"

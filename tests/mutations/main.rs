@@ -7,6 +7,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 #[path = "../../fuzz/src/lib.rs"]
+#[allow(dead_code, reason = "the table of targets is for the corpus")]
 mod fuzz;
 mod rows;
 mod text;
