@@ -3,7 +3,7 @@
 //!
 //! Memory: [`BLOCK`] bytes, which the caller leases. I/O: one write for each block.
 
-use crate::disk::ScratchFile;
+use crate::disk::{Budget, Lease, ScratchFile};
 use crate::error::Result;
 use bytemuck::Pod;
 
@@ -44,5 +44,51 @@ impl<'a, T: Pod> Appender<'a, T> {
         self.file.append(bytemuck::cast_slice(&self.block))?;
         self.block.clear();
         Ok(())
+    }
+}
+
+/// Takes the records of a file up one after another.
+pub struct Records<T> {
+    block: Vec<T>,
+    next: usize,
+    at: u64,
+    _lease: Lease,
+}
+
+impl<T: Pod> Records<T> {
+    /// Before the first record; leases a block.
+    ///
+    /// # Errors
+    /// [`crate::Error::Budget`].
+    pub fn new(budget: &Budget) -> Result<Records<T>> {
+        Ok(Records {
+            block: Vec::new(),
+            next: 0,
+            at: 0,
+            _lease: budget.lease("a block of records", BLOCK as u64)?,
+        })
+    }
+
+    /// The next record of `file`, which stays the next until it is [taken](Records::take).
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`].
+    #[inline]
+    pub fn peek(&mut self, file: &ScratchFile) -> Result<Option<T>> {
+        if self.next == self.block.len() {
+            let item = size_of::<T>() as u64;
+            let some = (file.len() - self.at).min(BLOCK as u64) / item;
+            self.block.resize(some as usize, T::zeroed());
+            file.read_at(bytemuck::cast_slice_mut(&mut self.block), self.at)?;
+            self.at += some * item;
+            self.next = 0;
+        }
+        Ok(self.block.get(self.next).copied())
+    }
+
+    /// Goes on to the record behind.
+    #[inline]
+    pub fn take(&mut self) {
+        self.next += 1;
     }
 }

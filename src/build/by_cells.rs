@@ -8,17 +8,17 @@ use super::cells::map::{by_id, by_place};
 use super::cells::names::Marks;
 use super::cells::places::{Places, deal_places};
 use super::cells::settle::{Sinks, settle};
-use super::cells::sums::Sums;
+use super::cells::sums::{Left, Sums};
 use super::chunked::Settled;
 use super::clock::Clock;
 use super::components::{Given, components};
-use super::dealt::{Dealt, Files, Settling, numbered};
+use super::dealt::{AtSeams, Dealt, Settling, numbered};
 use super::finish::Found;
 use super::lists::list;
 use super::nodes::Nodes;
 use super::pipeline::Built;
 use super::records::EdgeCorner;
-use super::seams::{Seaming, seams};
+use super::seams::{Seamed, seams};
 use super::stars::spill::Spilled;
 use super::stitch::{Linked, stitch};
 use super::tail::{Edges, Rows, join_stars};
@@ -73,10 +73,11 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
         job.plan.buckets,
     );
     let steps = steps_of(kind);
-    let (mut settling, places) = match clock.restored::<Settling<W>>(steps.settled)? {
-        Some(settling) => (settling, Places::again(job)?),
+    let (state, places) = match clock.restored::<AtSeams<W>>(steps.settled)? {
+        Some(state) => (state, Places::again(job)?),
         None => settle_all::<I, W, X>(clock, job, bounds, (kind, &plan))?,
     };
+    let (settling, _) = &state;
     if settling.windows != plan.windows.count {
         return Err(Error::Internal(format!(
             "{} windows of triangles became {}",
@@ -85,33 +86,31 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
     }
     let spilled = settling.settled.spilled;
     let behind = (steps.settled, job.opened);
-    clock.rounds(
+    let (settling, seamed) = clock.rounds_and(
         ("seams", "corners", spilled),
         behind,
-        &mut settling,
-        |settling, until| seams(job, &mut settling.seaming, until, EdgeCorner::local),
+        state,
+        |(_, seaming), until| seams(job, seaming, until, EdgeCorner::local),
+        |(settling, seaming)| Ok((settling, seaming.finish(job)?)),
     )?;
-    clock.done(steps.settled, job.opened, &settling)?;
     let Settling {
         replies,
-        seaming,
         names,
-        files,
+        left,
         ..
     } = settling;
-    let Seaming {
+    let Seamed {
         cuts,
+        cut_corners,
         patches,
         links,
         borders,
         settled: seamed,
-        ..
-    } = seaming;
-    let (cuts, patches) = (cuts.finish()?, patches.finish()?);
+    } = seamed;
     let settled = Edges {
         first: &settling.settled,
         seams: &seamed,
-        cut_corners: cuts.records(),
+        cut_corners,
         unreferenced: settling.unreferenced,
         bounds,
     };
@@ -122,23 +121,30 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
     if labels + windows > ws.budget.free() / 8 * 7 {
         return Ok(Err(Way::InOrder { whatever: true }));
     }
-    let stars = join_stars(clock, job, &nodes, settling.stars, counts.degenerate)?;
+    let alone = Some(&left.alone);
+    let stars = join_stars(
+        clock,
+        job,
+        (&nodes, alone),
+        settling.stars,
+        counts.degenerate,
+    )?;
     let records = links.len() / (2 * W::BYTES as u64);
     let labels = clock.pass("stitch", "links", records, || {
         let linked = Linked {
             nodes,
             links: &links,
-            conflicts: &|each| files.conflicts(job, &names, each),
+            conflicts: &|each| left.conflicts(job, &names, each),
         };
         stitch::<W>(job, &linked, true)
     })?;
     let borders = numbered::<W>(job, &names, &borders)?;
+    drop(links);
     let mut chosen = clock.pass("components", "", 0, || {
         let given = Given {
             nodes,
             labels: &labels,
             borders: &borders,
-            cuts: &cuts,
             grid: &grid,
             stars: stars.as_ref(),
         };
@@ -146,16 +152,12 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
             job,
             names: &names,
             labels: &labels,
-            grid: &grid,
-            counts: &files.counts,
-            measures: &files.measures,
-            unmeasured: &files.unmeasured,
         };
-        components(job, &given, &mut counts, |pieces, memory| {
-            sums.sum::<X>(&places, pieces, memory)
+        components(job, &given, (cuts, &mut counts), |pieces| {
+            sums.sum::<X>(left, &places, pieces)
         })
     })?;
-    drop((cuts, places, files, links, borders));
+    drop((places, borders));
     let arrays = Rows::create::<I>(job)?.marked::<I>(job, counts.degenerate)?;
     let said = Said {
         replies: &replies,
@@ -185,7 +187,7 @@ fn settle_all<I: Index, W: Index, X: Coord>(
     job: &Job,
     bounds: &Bounds,
     (kind, plan): (Kind, &CellPlan),
-) -> Result<(Settling<W>, Places<X>)> {
+) -> Result<(AtSeams<W>, Places<X>)> {
     let step = steps_of(kind).dealt;
     let mut dealt = match clock.restored::<Dealt<W, X>>(step)? {
         Some(dealt) => Dealt {
@@ -247,7 +249,7 @@ fn deal_all<I: Index, W: Index, X: Coord>(
         edges: Shuffle::new(ws, "corners of large cells", 0..n, rare)?,
         links: ws.scratch.file("links")?,
         borders: ws.scratch.file("borders")?,
-        files: Files::new(ws)?,
+        left: Left::new(ws)?,
         stars: Spilled::wanted(job, plan.parts(t.max(1)))?,
         settled: Settled::default(),
         done: 0,
@@ -270,9 +272,10 @@ fn settle_some<W: Index, X: Coord>(
         names: &dealt.marks,
         links: &dealt.links,
         borders: &dealt.borders,
-        counts: &dealt.files.counts,
-        measures: &dealt.files.measures,
-        unmeasured: &dealt.files.unmeasured,
+        counts: &dealt.left.counts,
+        measures: &dealt.left.measures,
+        unmeasured: &dealt.left.unmeasured,
+        alone: &dealt.left.alone,
         stars: dealt.stars.as_ref(),
     };
     let budget = &job.ws.budget;

@@ -57,15 +57,19 @@ pub struct Chunked {
     /// Number of local components in the chunks before each, and in all at the end; once all
     /// chunks are done.
     pub base: Vec<u64>,
-    /// [`LocalCount`] of every local component.
-    pub counts: ScratchFile,
-    /// [`MeasureRecord`](super::records::MeasureRecord) of the local components of chunks that were measured.
-    pub measures: ScratchFile,
     /// Packed flip bits, [`Job::flip_bytes`](super::Job::flip_bytes) for each chunk that has flips.
     pub flips: ScratchFile,
     /// Totals.
     pub settled: Settled,
     lease: Lease,
+}
+
+/// What chunks know of their local components, until it is summed.
+pub struct LocalRecords {
+    /// [`LocalCount`] of every local component.
+    pub counts: ScratchFile,
+    /// [`MeasureRecord`](super::records::MeasureRecord) of the local components of chunks that were measured.
+    pub measures: ScratchFile,
 }
 
 /// Bytes of the table of so many chunks.
@@ -91,9 +95,7 @@ impl Keep for Chunked {
         to.number(self.infos.len() as u64)?;
         to.number(self.done)?;
         self.infos.iter().try_for_each(|info| info.keep(to))?;
-        for file in [&self.counts, &self.measures, &self.flips] {
-            to.file(file)?;
-        }
+        to.file(&self.flips)?;
         self.settled.keep(to)
     }
 
@@ -108,14 +110,39 @@ impl Keep for Chunked {
             done,
             infos,
             base: Vec::new(),
-            counts: from.file()?,
-            measures: from.file()?,
             flips: from.file()?,
             settled: Settled::restore(from)?,
             lease,
         };
         chunked.went_to(done);
         Ok(chunked)
+    }
+}
+
+impl Keep for LocalRecords {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        to.file(&self.counts)?;
+        to.file(&self.measures)
+    }
+
+    fn restore(from: &mut Reader) -> Result<LocalRecords> {
+        Ok(LocalRecords {
+            counts: from.file()?,
+            measures: from.file()?,
+        })
+    }
+}
+
+impl LocalRecords {
+    /// None yet.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn new(ws: &Workspace) -> Result<LocalRecords> {
+        Ok(LocalRecords {
+            counts: ws.scratch.file("counts of local components")?,
+            measures: ws.scratch.file("measures of local components")?,
+        })
     }
 }
 
@@ -132,8 +159,6 @@ impl Chunked {
             done: 0,
             infos: vec![ChunkInfo::default(); chunks as usize],
             base: Vec::new(),
-            counts: ws.scratch.file("counts of local components")?,
-            measures: ws.scratch.file("measures of local components")?,
             flips: ws.scratch.file("flips")?,
             settled: Settled::default(),
         })
@@ -153,12 +178,17 @@ impl Chunked {
     ///
     /// # Errors
     /// [`crate::Error::Budget`], [`crate::Error::Io`], and those of `each`.
-    pub fn conflicts(&self, ws: &Workspace, each: &mut dyn FnMut(u64) -> Result<()>) -> Result<()> {
+    pub fn conflicts(
+        &self,
+        ws: &Workspace,
+        records: &LocalRecords,
+        each: &mut dyn FnMut(u64) -> Result<()>,
+    ) -> Result<()> {
         let chunks = self.infos.iter().zip(&self.base);
         for (info, &base) in chunks.filter(|(info, _)| info.conflicts) {
             let bytes = u64::from(info.locals) * size_of::<LocalCount>() as u64;
             let mut numbers = base..;
-            scratch_items(ws, &self.counts, info.counts_at, bytes, &mut |counts| {
+            scratch_items(ws, &records.counts, info.counts_at, bytes, &mut |counts| {
                 for (count, number) in (counts as &[LocalCount]).iter().zip(&mut numbers) {
                     if count.borders & LocalCount::CONFLICT != 0 {
                         each(number)?;

@@ -14,7 +14,7 @@
 use super::Job;
 use super::arrays::{CoordReader, OutArray, TriangleReader, bad_index};
 use super::chunk_rows::{Rows, pack_flips};
-use super::chunked::{ChunkInfo, Chunked, Settled};
+use super::chunked::{ChunkInfo, Chunked, LocalRecords, Settled};
 use super::records::{EdgeCorner, LocalCount, MeasureRecord};
 use super::scan::Seams;
 use super::stars::spill::{Block, Spilled, Spiller};
@@ -86,14 +86,14 @@ pub fn chunks<I: Index, W: Index, X: Coord>(
     seams: &Seams,
     grid: &Grid,
     sinks: &Sinks<W>,
-    (chunked, until): (&mut Chunked, Option<Instant>),
+    (chunked, records, until): (&mut Chunked, &LocalRecords, Option<Instant>),
 ) -> Result<bool> {
     let ws = job.ws;
     let _scratch = job.chunk_lease("chunks")?;
     let whole = Whole::<X>::within(job, 3 * ws.workers.count() as u64 * job.plan.writer)?;
     let out = Outputs {
-        counts: &chunked.counts,
-        measures: &chunked.measures,
+        counts: &records.counts,
+        measures: &records.measures,
         flips: &chunked.flips,
     };
     let units = chunked.done..chunked.infos.len() as u64;

@@ -112,19 +112,33 @@ impl<'a> Clock<'a> {
         pass: (&'static str, &'static str, u64),
         (step, opened): (&str, &Opened),
         state: &mut T,
-        mut run: impl FnMut(&mut T, Option<Instant>) -> Result<bool>,
+        run: impl FnMut(&mut T, Option<Instant>) -> Result<bool>,
     ) -> Result<()> {
         self.measured(pass, |steps, ws| {
-            loop {
-                steps.done(ws, step, &|pen| {
-                    opened.keep(pen)?;
-                    state.keep(pen)
-                })?;
-                // What came of a file that shrank must not be written down.
-                if ws.io.intact(run(state, steps.until()))? {
-                    return Ok(());
-                }
-            }
+            steps.rounds(ws, (step, opened), state, run)
+        })
+    }
+
+    /// As [`rounds`](Clock::rounds); `state` is written down once more behind them, when enough is
+    /// at stake, and then the pass ends with what `last` makes of it.
+    ///
+    /// # Errors
+    /// Those of the pass, and of writing down.
+    pub fn rounds_and<T: Keep, U>(
+        &mut self,
+        pass: (&'static str, &'static str, u64),
+        (step, opened): (&str, &Opened),
+        mut state: T,
+        run: impl FnMut(&mut T, Option<Instant>) -> Result<bool>,
+        last: impl FnOnce(T) -> Result<U>,
+    ) -> Result<U> {
+        self.measured(pass, |steps, ws| {
+            steps.rounds(ws, (step, opened), &mut state, run)?;
+            steps.done(ws, step, &|pen| {
+                opened.keep(pen)?;
+                state.keep(pen)
+            })?;
+            ws.io.intact(last(state))
         })
     }
 

@@ -6,22 +6,23 @@
 //! on the reference point); all others keep what most of their triangles had.
 //!
 //! Memory: labels and bits by component, a tally, sorters and writers. I/O: the records of
-//! local components once, non-manifold corners once more; the rows written once.
+//! local components once, non-manifold corners once more; marks and pieces of sums written and read;
+//! the rows written once.
 
 use super::Job;
 use super::arrays::OutArray;
-use super::chunked::Chunked;
-use super::cuts::{CutCount, Cuts};
+use super::chunked::{Chunked, LocalRecords};
+use super::cuts::{Cuts, Sorted};
 use super::deferred::{Deferred, measure_deferred};
 use super::graph::bits::Bits;
-use super::graph::labels::split;
+use super::marks::{Kind, Mark, Marked, Marker, Told, mark_all, marks};
 use super::nodes::Nodes;
-use super::records::{EdgeCorner, LocalCount, MeasureRecord};
+use super::records::{LocalCount, MeasureRecord};
 use super::rows::{Table, measured};
 use super::stars::Starred;
 use super::stars::shared::{Meetings, meet};
 use super::stitch::Labels;
-use super::tally::{Piece, Sums, Tally, reduce};
+use super::tally::{Pieces, Sums, reduce};
 use super::{SCRATCH_BLOCK, scratch_items};
 use crate::chunk::grid::Grid;
 use crate::chunk::measure::Coord;
@@ -29,7 +30,7 @@ use crate::corner::Index;
 use crate::disk::ScratchFile;
 use crate::error::{Result, conserve};
 use crate::folder::{ComponentRow, Counts, Measures, Orient};
-use crate::shuffle::{Buckets, Shuffle};
+use crate::shuffle::Shuffle;
 
 /// What was decided.
 pub struct Chosen {
@@ -59,8 +60,6 @@ pub struct Given<'a, W: Index> {
     pub labels: &'a Labels<W>,
     /// Local components of border edges at seams.
     pub borders: &'a ScratchFile,
-    /// Corners on non-manifold edges.
-    pub cuts: &'a Buckets<EdgeCorner<W>>,
     /// The grid of volumes.
     pub grid: &'a Grid,
     /// Vertex stars, when they are wanted.
@@ -71,65 +70,68 @@ pub struct Given<'a, W: Index> {
 pub struct ChunkSums<'a, W: Index> {
     /// Chunks.
     pub chunked: &'a Chunked,
+    /// What they know of their local components, which is used up.
+    pub records: LocalRecords,
     /// Components of the local components.
     pub labels: &'a Labels<W>,
     /// Local labels of the triangles.
     pub component: &'a OutArray,
-    /// The grid of volumes.
-    pub grid: &'a Grid,
 }
 
 /// Runs the pass; fills in the counts that it knows. `sum` adds up what local components counted
-/// and measured, with tables of so many bytes a thread.
+/// and measured.
 ///
 /// # Errors
 /// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`].
 pub fn components<W: Index>(
     job: &Job,
     given: &Given<W>,
-    counts: &mut Counts,
-    sum: impl FnOnce(&Shuffle<Piece>, u64) -> Result<()>,
+    (cuts, counts): (Sorted, &mut Counts),
+    sum: impl FnOnce(&Pieces) -> Result<()>,
 ) -> Result<Chosen> {
     let ws = job.ws;
     let number = given.labels.components;
-    let threads = ws.workers.count() as u64;
-    let plan = job.shuffle_plan(size_of::<Piece>(), number);
-    let pieces = Shuffle::<Piece>::new(ws, "sums by component", 0..number.max(1), plan)?;
-    let tally = ws.budget.free() / 16 / threads;
-    sum(&pieces, tally)?;
-    let cuts = Cuts::sorted(job, &given.nodes, given.labels, given.cuts)?;
-    sum_marks(job, given, (&pieces, tally), given.borders, |s| {
-        s.borders += 1
-    })?;
+    // What has a word or two for each corner comes first: sums are wider.
+    let cuts = Cuts::labelled(job, cuts, &given.nodes, given.labels)?;
+    let marked = marks::<W>(job, number)?;
+    cuts.mark(job, given.labels, &marked)?;
+    let labels = (given.labels, given.nodes.count());
+    mark_all(job, labels, given.borders, Kind::Border, &marked)?;
     let mut stars = match given.stars {
-        Some(stars) => Some(sum_stars(job, given, (&pieces, tally), stars)?),
+        Some(stars) => Some(mark_stars(job, given, stars, &marked)?),
         None => None,
     };
+    let marked = marked.finish()?;
+    let mut told = Told::new(job, &marked)?;
+    drop(marked);
     counts.components_joined = if cuts.is_empty() {
         number
     } else {
         cuts.join::<W>(job, number)?
     };
-    let mut cut_counts = cuts.counts(job, given.labels)?;
+    let pieces = Pieces::new(job, given.grid, number)?;
+    sum(&pieces)?;
     let pieces = pieces.finish()?;
     let mut flip = Bits::new(&ws.budget, "flips by component", number)?;
     let mut table = Table::new(job, number, stars.is_some())?;
     let mut sorter = pieces.sorter(job.sort_memory(0))?;
     let mut triangles = counts.degenerate;
-    reduce(&pieces, &mut sorter, |component, sums| {
+    reduce(&pieces, &mut sorter, given.grid, |component, sums| {
         if component != table.rows() {
             let what = format!("component {component} came after {} rows", table.rows());
             return Err(crate::Error::Internal(what));
         }
-        let cut = cut_counts.of(component)?;
-        let (row, against) = decide(job, given, component, (sums, &cut));
+        let mut sums = *sums;
+        let marked = told.of(component)?;
+        sums.rims([Kind::Border, Kind::Ring, Kind::Loop].map(|kind| marked.of(kind)));
+        let (row, against) = decide(job, given, component, (&sums, &marked));
         if against {
             flip.set(component);
         }
         count(&row, counts);
         triangles += row.triangles;
         let measures = match &mut stars {
-            Some(stars) => Some(measured(&row, sums, &mut stars.measures)?),
+            Some(stars) => Some(measured(&row, (&sums, &marked), &mut stars.measures)?),
             None => None,
         };
         table.push(&row, measures.as_ref())
@@ -144,24 +146,20 @@ pub fn components<W: Index>(
     })
 }
 
-/// Sums what vertex stars say of components.
-fn sum_stars<W: Index>(
+/// Marks what vertex stars say of components.
+fn mark_stars<W: Index>(
     job: &Job,
     given: &Given<W>,
-    (pieces, memory): (&Shuffle<Piece>, u64),
     stars: &Starred<W>,
+    to: &Shuffle<Mark<W>>,
 ) -> Result<Measured> {
-    let to = (pieces, memory);
-    sum_marks(job, given, to, &stars.rings, |s| s.rings += 1)?;
-    sum_marks(job, given, to, &stars.loops, |s| s.loops += 1)?;
-    let components = given.labels.components;
-    let mut tally = Tally::new(&job.ws.budget, memory, components, pieces)?;
-    let mut again = |component, times| {
-        tally.at(component)?.again += times;
-        Ok(())
-    };
+    let labels = (given.labels, given.nodes.count());
+    mark_all(job, labels, &stars.rings, Kind::Ring, to)?;
+    mark_all(job, labels, &stars.loops, Kind::Loop, to)?;
+    let mut marker = Marker::new(&job.ws.budget, given.labels.components, to)?;
+    let mut again = |component, times| marker.mark(component, Kind::Again, times);
     let meetings = meet(job, &given.nodes, given.labels, &stars.shared, &mut again)?;
-    tally.finish()?;
+    marker.finish()?;
     let measures = Measures {
         nonmanifold_vertices: meetings.count::<W>(),
         duplicate: stars.duplicates(),
@@ -178,12 +176,13 @@ fn decide<W: Index>(
     job: &Job,
     given: &Given<W>,
     component: u64,
-    (s, cut): (&Sums, &CutCount),
+    (s, marked): (&Sums, &Marked),
 ) -> (ComponentRow, bool) {
-    let m = &s.measure;
+    let m = &s.measure(given.grid);
+    let (cuts, unbalanced) = (marked.of(Kind::Cut), marked.of(Kind::Unbalanced));
     let orientable = !given.labels.nonorientable.get(component);
-    let closed = s.borders == 0 && cut.cuts == 0;
-    let watertight = closed || (s.borders == 0 && cut.unbalanced == 0);
+    let closed = s.borders == 0 && cuts == 0;
+    let watertight = closed || (s.borders == 0 && unbalanced == 0);
     let measured = job.g.is_some() && !m.nonfinite;
     let by_volume = job.orient == Orient::Outward
         && orientable
@@ -215,9 +214,9 @@ fn decide<W: Index>(
         triangles: s.triangles,
         flipped,
         // Each of the other corners shares its edge with one more.
-        edges: (3 * s.triangles - s.borders - cut.cuts) / 2 + s.borders + cut.cuts,
+        edges: (3 * s.triangles - s.borders - cuts) / 2 + s.borders + cuts,
         border_edges: s.borders,
-        cut_edges: cut.cuts,
+        cut_edges: cuts,
         orientable: u8::from(orientable),
         closed: u8::from(closed),
         watertight: u8::from(watertight),
@@ -248,29 +247,25 @@ const RUN: u64 = (SCRATCH_BLOCK / size_of::<LocalCount>()) as u64;
 /// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`].
 pub fn sum_chunks<I: Index, W: Index, X: Coord>(
     job: &Job,
-    given: &ChunkSums<W>,
-    pieces: &Shuffle<Piece>,
-    memory: u64,
+    given: ChunkSums<W>,
+    pieces: &Pieces,
 ) -> Result<()> {
     let (ws, chunked, labels) = (job.ws, given.chunked, given.labels);
+    let records = &given.records;
     if let Some(g) = &job.g {
         let deferred = Deferred {
             job,
             chunked,
+            records,
             labels,
-            grid: given.grid,
             component: given.component,
             pieces,
-            tally: memory,
         };
         measure_deferred::<I, W, X>(&deferred, g)?;
     }
     ws.workers.run(
         chunked.infos.len() as u64,
-        || {
-            let tally = Tally::new(&ws.budget, memory, labels.components, pieces)?;
-            Ok((tally, labels.range(&ws.budget, RUN)?))
-        },
+        || Ok((pieces.tally()?, labels.range(&ws.budget, RUN)?)),
         |(tally, range), chunk| {
             let info = &chunked.infos[chunk as usize];
             if job.g.is_some() && info.measures_at.is_none() {
@@ -280,7 +275,7 @@ pub fn sum_chunks<I: Index, W: Index, X: Coord>(
             let (first, base) = (job.chunk_range(chunk).0, chunked.base[chunk as usize]);
             let bytes = u64::from(info.locals) * size_of::<LocalCount>() as u64;
             let mut local = base;
-            scratch_items(ws, &chunked.counts, info.counts_at, bytes, &mut |counts| {
+            scratch_items(ws, &records.counts, info.counts_at, bytes, &mut |counts| {
                 range.load(local..local + counts.len() as u64)?;
                 for count in counts as &[LocalCount] {
                     let (component, flip) = range.get(local);
@@ -294,11 +289,11 @@ pub fn sum_chunks<I: Index, W: Index, X: Coord>(
             };
             let bytes = u64::from(info.locals) * size_of::<MeasureRecord>() as u64;
             let mut local = base;
-            scratch_items(ws, &chunked.measures, at, bytes, &mut |measures| {
+            scratch_items(ws, &records.measures, at, bytes, &mut |measures| {
                 range.load(local..local + measures.len() as u64)?;
                 for record in measures as &[MeasureRecord] {
                     let (component, flip) = range.get(local);
-                    tally.at(component)?.measure.merge(&record.get(), flip);
+                    tally.merge(component, &record.get(), flip)?;
                     local += 1;
                 }
                 Ok(())
@@ -306,27 +301,4 @@ pub fn sum_chunks<I: Index, W: Index, X: Coord>(
         },
         |(tally, _)| tally.finish(),
     )
-}
-
-/// Sums what is marked by the numbers of local components in a file.
-fn sum_marks<W: Index>(
-    job: &Job,
-    given: &Given<W>,
-    (pieces, memory): (&Shuffle<Piece>, u64),
-    marks: &ScratchFile,
-    add: impl Fn(&mut Sums),
-) -> Result<()> {
-    if marks.is_empty() {
-        return Ok(());
-    }
-    let (ws, components) = (job.ws, given.labels.components);
-    let marks = job.labels_of_list(given.labels, given.nodes.count(), marks)?;
-    let mut tally = Tally::new(&ws.budget, memory, components, pieces)?;
-    scratch_items(ws, &marks, 0, marks.len(), &mut |labels: &[W]| {
-        for &label in labels {
-            add(tally.at(split(label).0)?);
-        }
-        Ok(())
-    })?;
-    tally.finish()
 }

@@ -7,7 +7,8 @@
 use super::cells::deal::Hands;
 use super::cells::names::{Marks, Names};
 use super::cells::places::Places;
-use super::cells::records::{NodeCount, Reply};
+use super::cells::records::Reply;
+use super::cells::sums::Left;
 use super::chunked::Settled;
 use super::records::{EdgeCorner, Patch};
 use super::seams::Seaming;
@@ -15,8 +16,8 @@ use super::stars::spill::Spilled;
 use super::{Job, SCRATCH_BLOCK, scratch_items};
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
+use crate::disk::ScratchFile;
 use crate::disk::journal::{Keep, Pen, Reader};
-use crate::disk::{ScratchFile, Workspace};
 use crate::error::Result;
 use crate::shuffle::{Buckets, Shuffle};
 
@@ -41,7 +42,7 @@ pub struct Dealt<W: Index, X> {
     /// Names of triangles that face a border from another cell.
     pub borders: ScratchFile,
     /// Records of local components.
-    pub files: Files,
+    pub left: Left,
     /// What is left of vertex stars, when they are wanted.
     pub stars: Option<Spilled<W>>,
     /// Totals.
@@ -52,16 +53,17 @@ pub struct Dealt<W: Index, X> {
     pub windows: u64,
 }
 
-/// What the cells left, and the seams so far.
+/// What is written down while the seams are settled: they are, and what the cells left besides.
+pub type AtSeams<W> = (Settling<W>, Seaming<W>);
+
+/// What the cells left, but for the edges of those that did not fit.
 pub struct Settling<W: Index> {
     /// Answers to the triangles.
     pub replies: Buckets<Reply<W>>,
-    /// The edges of cells that did not fit.
-    pub seaming: Seaming<W>,
     /// Names of local components.
     pub names: Names,
     /// Records of local components.
-    pub files: Files,
+    pub left: Left,
     /// Degenerate triangles of each window.
     pub degenerate: Vec<u64>,
     /// Vertices that no triangle names.
@@ -72,16 +74,6 @@ pub struct Settling<W: Index> {
     pub stars: Option<Spilled<W>>,
     /// Windows that the replies are for.
     pub windows: u64,
-}
-
-/// Records of local components in order of arrival.
-pub struct Files {
-    /// [`NodeCount`]s.
-    pub counts: ScratchFile,
-    /// [`NodeMeasure`](super::cells::records::NodeMeasure)s.
-    pub measures: ScratchFile,
-    /// [`Unmeasured`](super::cells::records::Unmeasured) triangles.
-    pub unmeasured: ScratchFile,
 }
 
 impl<W: Index, X: Coord> Keep for Dealt<W, X> {
@@ -95,7 +87,7 @@ impl<W: Index, X: Coord> Keep for Dealt<W, X> {
         self.edges.keep(to)?;
         to.file(&self.links)?;
         to.file(&self.borders)?;
-        self.files.keep(to)?;
+        self.left.keep(to)?;
         self.stars.keep(to)?;
         self.settled.keep(to)?;
         to.number(self.done)?;
@@ -113,7 +105,7 @@ impl<W: Index, X: Coord> Keep for Dealt<W, X> {
             edges: Shuffle::restore(from)?,
             links: from.file()?,
             borders: from.file()?,
-            files: Files::restore(from)?,
+            left: Left::restore(from)?,
             stars: Option::restore(from)?,
             settled: Settled::restore(from)?,
             done: from.number()?,
@@ -125,9 +117,8 @@ impl<W: Index, X: Coord> Keep for Dealt<W, X> {
 impl<W: Index> Keep for Settling<W> {
     fn keep(&self, to: &mut Pen) -> Result<()> {
         self.replies.keep(to)?;
-        self.seaming.keep(to)?;
         self.names.keep(to)?;
-        self.files.keep(to)?;
+        self.left.keep(to)?;
         to.list(&self.degenerate)?;
         to.number(self.unreferenced)?;
         self.settled.keep(to)?;
@@ -138,9 +129,8 @@ impl<W: Index> Keep for Settling<W> {
     fn restore(from: &mut Reader) -> Result<Settling<W>> {
         Ok(Settling {
             replies: Buckets::restore(from)?,
-            seaming: Seaming::restore(from)?,
             names: Names::restore(from)?,
-            files: Files::restore(from)?,
+            left: Left::restore(from)?,
             degenerate: from.list()?,
             unreferenced: from.number()?,
             settled: Settled::restore(from)?,
@@ -150,46 +140,26 @@ impl<W: Index> Keep for Settling<W> {
     }
 }
 
-impl Keep for Files {
-    fn keep(&self, to: &mut Pen) -> Result<()> {
-        let Files {
-            counts,
-            measures,
-            unmeasured,
-        } = self;
-        let mut files = [counts, measures, unmeasured].into_iter();
-        files.try_for_each(|file| to.file(file))
-    }
-
-    fn restore(from: &mut Reader) -> Result<Files> {
-        Ok(Files {
-            counts: from.file()?,
-            measures: from.file()?,
-            unmeasured: from.file()?,
-        })
-    }
-}
-
 impl<W: Index, X> Dealt<W, X> {
     /// All cells are settled.
     ///
     /// # Errors
     /// As [`Shuffle::finish`].
-    pub fn finish(self) -> Result<(Settling<W>, Places<X>)> {
+    pub fn finish(self) -> Result<(AtSeams<W>, Places<X>)> {
         let degenerate: u64 = self.hands.degenerate.iter().sum();
+        let seaming = Seaming {
+            edges: self.edges.finish()?,
+            cuts: self.cuts,
+            patches: self.patches,
+            links: self.links,
+            borders: self.borders,
+            settled: Settled::default(),
+            done: 0,
+        };
         let settling = Settling {
             replies: self.replies.finish()?,
-            seaming: Seaming {
-                edges: self.edges.finish()?,
-                cuts: self.cuts,
-                patches: self.patches,
-                links: self.links,
-                borders: self.borders,
-                settled: Settled::default(),
-                done: 0,
-            },
             names: self.marks.seal(),
-            files: self.files,
+            left: self.left,
             degenerate: self.hands.degenerate,
             unreferenced: self.hands.unreferenced,
             settled: Settled {
@@ -199,45 +169,7 @@ impl<W: Index, X> Dealt<W, X> {
             stars: self.stars,
             windows: self.windows,
         };
-        Ok((settling, self.places))
-    }
-}
-
-impl Files {
-    /// Empty ones.
-    ///
-    /// # Errors
-    /// [`crate::Error::Io`].
-    pub fn new(ws: &Workspace) -> Result<Files> {
-        Ok(Files {
-            counts: ws.scratch.file("counts of local components")?,
-            measures: ws.scratch.file("measures of local components")?,
-            unmeasured: ws.scratch.file("triangles to measure")?,
-        })
-    }
-
-    /// Hands the numbers of local components that contradict themselves to `each`.
-    ///
-    /// # Errors
-    /// [`crate::Error::Budget`], [`crate::Error::Io`], and those of `each`.
-    pub fn conflicts(
-        &self,
-        job: &Job,
-        names: &Names,
-        each: &mut dyn FnMut(u64) -> Result<()>,
-    ) -> Result<()> {
-        let file = &self.counts;
-        scratch_items(
-            job.ws,
-            file,
-            0,
-            file.len(),
-            &mut |counts: &[NodeCount]| {
-                let marked = counts.iter().filter(|count| count.conflict != 0);
-                let mut numbers = marked.map(|count| names.number(count.name));
-                numbers.try_for_each(&mut *each)
-            },
-        )
+        Ok(((settling, seaming), self.places))
     }
 }
 

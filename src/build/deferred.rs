@@ -11,14 +11,13 @@
 
 use super::Job;
 use super::arrays::{CoordReader, OutArray, TriangleReader};
-use super::asked::{Ask, Sum, measure_asked, questions};
-use super::chunked::Chunked;
+use super::asked::{Adds, Ask, measure_asked, questions};
+use super::chunked::{Chunked, LocalRecords};
 use super::graph::labels::LabelRange;
 use super::records::LocalCount;
 use super::stitch::Labels;
-use super::tally::{Piece, Tally};
+use super::tally::{Pieces, Tally};
 use super::whole::Whole;
-use crate::chunk::grid::Grid;
 use crate::chunk::ids::LocalIds;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
@@ -33,16 +32,14 @@ pub struct Deferred<'a, W> {
     pub job: &'a Job<'a>,
     /// Chunks.
     pub chunked: &'a Chunked,
+    /// What they know of their local components.
+    pub records: &'a LocalRecords,
     /// Components of the local components.
     pub labels: &'a Labels<W>,
-    /// The grid of volumes.
-    pub grid: &'a Grid,
     /// Local labels of the triangles.
     pub component: &'a OutArray,
     /// Where sums go.
-    pub pieces: &'a Shuffle<Piece>,
-    /// Bytes of each thread's tally.
-    pub tally: u64,
+    pub pieces: &'a Pieces<'a>,
 }
 
 /// Local labels and flips of one chunk, read back.
@@ -131,7 +128,7 @@ pub fn measure_deferred<I: Index, W: Index, X: Coord>(
     } else {
         chunks.len() as u64 * 3 * d.job.plan.chunk
     };
-    let asks = questions(d.job, corners)?;
+    let asks = questions::<W>(d.job, corners)?;
     {
         let (plan, shape) = (&d.job.plan, &d.job.shape);
         let labels = plan.chunk.min(shape.triangles) * ChunkLabels::<I>::BYTES;
@@ -149,17 +146,11 @@ pub fn measure_deferred<I: Index, W: Index, X: Coord>(
         )?;
     }
     drop(whole);
-    let sum = Sum {
-        grid: d.grid,
-        pieces: d.pieces,
-        components: d.labels.components,
-        tally: d.tally,
-    };
-    measure_asked::<X>(d.job, g, asks.finish()?, &sum)
+    measure_asked::<W, X>(d.job, g, asks.finish()?, d.pieces)
 }
 
 /// One thread that measures chunks whose vertices are near, and asks for the others.
-struct Near<'a, I, W, X> {
+struct Near<'a, I, W: Index, X> {
     reader: TriangleReader<'a, I>,
     coords: CoordReader<'a, X>,
     ids: LocalIds,
@@ -168,23 +159,23 @@ struct Near<'a, I, W, X> {
     tally: Tally<'a>,
     counts: Vec<LocalCount>,
     whole: Option<&'a Whole<X>>,
-    asks: Writer<'a, Ask>,
+    asks: Writer<'a, Ask<W>>,
 }
 
 impl<'a, I: Index, W: Index, X: Coord> Near<'a, I, W, X> {
     fn new(
         d: &Deferred<'a, W>,
         g: &'a CoordArray,
-        (whole, asks): (Option<&'a Whole<X>>, &'a Shuffle<Ask>),
+        (whole, asks): (Option<&'a Whole<X>>, &'a Shuffle<Ask<W>>),
     ) -> Result<Self> {
-        let (budget, components) = (&d.job.ws.budget, d.labels.components);
+        let budget = &d.job.ws.budget;
         Ok(Near {
             reader: TriangleReader::new(&d.job.mesh.v),
             coords: CoordReader::new(g),
             ids: LocalIds::default(),
             labels: ChunkLabels::new(),
             range: d.labels.range(budget, d.job.plan.chunk)?,
-            tally: Tally::new(budget, d.tally, components, d.pieces)?,
+            tally: d.pieces.tally()?,
             counts: Vec::new(),
             whole,
             asks: asks.writer()?,
@@ -196,7 +187,7 @@ impl<'a, I: Index, W: Index, X: Coord> Near<'a, I, W, X> {
         self.labels.load(d.job, d.chunked, d.component, chunk)?;
         let locals = d.chunked.locals_of(chunk);
         let mut counts = Counts {
-            file: &d.chunked.counts,
+            file: &d.records.counts,
             at: d.chunked.infos[chunk as usize].counts_at,
             left: locals.end - locals.start,
             next: locals.start,
@@ -205,7 +196,7 @@ impl<'a, I: Index, W: Index, X: Coord> Near<'a, I, W, X> {
         let step = d.job.plan.again;
         (0..count).step_by(step as usize).try_for_each(|from| {
             let part = (start, from, step.min(count - from));
-            self.part(d, locals.start, part, &mut counts)
+            self.part(locals.start, part, &mut counts)
         })
     }
 
@@ -214,7 +205,6 @@ impl<'a, I: Index, W: Index, X: Coord> Near<'a, I, W, X> {
     /// that was not met before is the next: its count goes where its first triangle does.
     fn part(
         &mut self,
-        d: &Deferred<W>,
         base: u64,
         (start, from, count): (u64, u64, u64),
         counts: &mut Counts,
@@ -241,25 +231,31 @@ impl<'a, I: Index, W: Index, X: Coord> Near<'a, I, W, X> {
             }
             let node = base + label.wide();
             let (component, flip) = self.range.get(node);
+            let mut adds = Adds {
+                component,
+                flip: flip ^ self.labels.flipped(i),
+                counted: false,
+            };
             if node == counts.next {
                 let count = counts.take(&mut self.counts)?;
-                self.tally.at(component)?.count(&count, start, flip);
+                adds.counted = count.is_bare();
+                if !adds.counted {
+                    self.tally.at(component)?.count(&count, start, flip);
+                }
             }
-            let flipped = flip ^ self.labels.flipped(i);
             let corners = match (near, all) {
                 (Some(near), _) => local.map(|v| near[v as usize].map(Coord::wide)),
                 (_, Some(all)) => row.map(|v| all[v.wide() as usize].map(Coord::wide)),
                 _ => {
                     let triangle = start + i as u64;
                     for (k, v) in row.iter().enumerate() {
-                        let ask = Ask::new(v.wide(), (triangle, k), (component, flipped));
+                        let ask = Ask::new(v.wide(), (triangle, k), adds);
                         self.asks.push(ask)?;
                     }
                     continue;
                 }
             };
-            let measure = &mut self.tally.at(component)?.measure;
-            measure.add(d.grid, corners, flipped);
+            adds.add(&mut self.tally, start + i as u64, Some(corners))?;
         }
         Ok(())
     }

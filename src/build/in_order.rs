@@ -2,7 +2,7 @@
 
 use super::Job;
 use super::changes::Changes;
-use super::chunked::{Chunked, Settled};
+use super::chunked::{Chunked, LocalRecords, Settled};
 use super::chunks::{Sinks, chunks};
 use super::clock::Clock;
 use super::components::{ChunkSums, Given, components, sum_chunks};
@@ -14,7 +14,7 @@ use super::nodes::Nodes;
 use super::pipeline::Built;
 use super::records::{EdgeCorner, Patch};
 use super::scan::{Seams, scan};
-use super::seams::{Seaming, seams};
+use super::seams::{Seamed, Seaming, seams};
 use super::stars::spill::Spilled;
 use super::stitch::{Linked, stitch};
 use super::tail::{Edges, Rows, join_stars};
@@ -41,6 +41,7 @@ struct Scanned<W: Index> {
     cuts: Shuffle<EdgeCorner<W>>,
     stars: Option<Spilled<W>>,
     chunked: Chunked,
+    records: LocalRecords,
     unreferenced: u64,
 }
 
@@ -52,6 +53,7 @@ impl<W: Index> Keep for Scanned<W> {
         self.cuts.keep(to)?;
         self.stars.keep(to)?;
         self.chunked.keep(to)?;
+        self.records.keep(to)?;
         to.number(self.unreferenced)
     }
 
@@ -63,6 +65,7 @@ impl<W: Index> Keep for Scanned<W> {
             cuts: Shuffle::restore(from)?,
             stars: Option::restore(from)?,
             chunked: Chunked::restore(from)?,
+            records: LocalRecords::restore(from)?,
             unreferenced: from.number()?,
         })
     }
@@ -94,30 +97,33 @@ impl<W: Index> Keep for Decided<W> {
     }
 }
 
-/// What the chunks left, and the seams so far.
+/// What is written down while the seams are settled: they are, and what the chunks left besides.
+type AtSeams<W> = (First<W>, Seaming<W>);
+
+/// What the chunks left, but for the seams.
 struct First<W: Index> {
     rows: Rows,
-    seaming: Seaming<W>,
     stars: Option<Spilled<W>>,
     chunked: Chunked,
+    records: LocalRecords,
     unreferenced: u64,
 }
 
 impl<W: Index> Keep for First<W> {
     fn keep(&self, to: &mut Pen) -> Result<()> {
         self.rows.keep(to)?;
-        self.seaming.keep(to)?;
         self.stars.keep(to)?;
         self.chunked.keep(to)?;
+        self.records.keep(to)?;
         to.number(self.unreferenced)
     }
 
     fn restore(from: &mut Reader) -> Result<First<W>> {
         Ok(First {
             rows: Rows::restore(from)?,
-            seaming: Seaming::restore(from)?,
             stars: Option::restore(from)?,
             chunked: Chunked::restore(from)?,
+            records: LocalRecords::restore(from)?,
             unreferenced: from.number()?,
         })
     }
@@ -141,47 +147,55 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
         let built = clock.pass("finish", "items", patches, || decided.make::<I>(job))?;
         return Ok(Ok(built));
     }
-    let mut first = match clock.restored(CHUNKED)? {
-        Some(first) => first,
+    let state = match clock.restored(CHUNKED)? {
+        Some(state) => state,
         None => match chunk_all::<I, W, X>(clock, job, &grid, whatever)? {
-            Ok(first) => first,
+            Ok(state) => state,
             Err(better) => return Ok(Err(better)),
         },
     };
-    seam_all(clock, job, &mut first)?;
+    let spilled = state.0.chunked.settled.spilled;
+    let (first, seamed) = clock.rounds_and(
+        ("seams", "corners", spilled),
+        (CHUNKED, job.opened),
+        state,
+        |(first, seaming): &mut AtSeams<W>, until| {
+            let nodes = Nodes::InOrder(&first.chunked, job.plan.chunk);
+            seams(job, seaming, until, |corner| nodes.of_corner(corner))
+        },
+        |(first, seaming)| Ok((first, seaming.finish(job)?)),
+    )?;
     let First {
         rows,
-        seaming,
         stars,
         chunked,
+        records,
         unreferenced,
     } = first;
-    let Seaming {
+    let Seamed {
         cuts,
+        cut_corners,
         patches,
         links,
         borders,
         settled: seamed,
-        ..
-    } = seaming;
+    } = seamed;
     let nodes = Nodes::InOrder(&chunked, job.plan.chunk);
-    let spilled = chunked.settled.spilled;
-    let (cuts, patches) = (cuts.finish()?, patches.finish()?);
     let settled = Edges {
         first: &chunked.settled,
         seams: &seamed,
-        cut_corners: cuts.records(),
+        cut_corners,
         unreferenced,
         bounds,
     };
     let mut counts = settled.counts(job)?;
-    let stars = join_stars(clock, job, &nodes, stars, counts.degenerate)?;
-    let records = links.len() / (2 * W::BYTES as u64);
-    let labels = clock.pass("stitch", "links", records, || {
+    let stars = join_stars(clock, job, (&nodes, None), stars, counts.degenerate)?;
+    let linked = links.len() / (2 * W::BYTES as u64);
+    let labels = clock.pass("stitch", "links", linked, || {
         let linked = Linked {
             nodes,
             links: &links,
-            conflicts: &|each| chunked.conflicts(ws, each),
+            conflicts: &|each| chunked.conflicts(ws, &records, each),
         };
         let table = chunked.table_bytes();
         let held = (job.shape).fits_labels(&job.plan, nodes.count(), W::BYTES as u64, table);
@@ -194,21 +208,19 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
             nodes,
             labels: &labels,
             borders: &borders,
-            cuts: &cuts,
             grid: &grid,
             stars: stars.as_ref(),
         };
         let sums = ChunkSums {
             chunked: &chunked,
+            records,
             labels: &labels,
             component: &rows.component,
-            grid: &grid,
         };
-        components(job, &given, &mut counts, |pieces, memory| {
-            sum_chunks::<I, W, X>(job, &sums, pieces, memory)
+        components(job, &given, (cuts, &mut counts), |pieces| {
+            sum_chunks::<I, W, X>(job, sums, pieces)
         })
     })?;
-    drop(cuts);
     let arrays = rows.marked::<I>(job, counts.degenerate)?;
     // What was written down names the rows as they are.
     let aside = clock.at_stake().then(|| Changes::new(ws)).transpose()?;
@@ -270,7 +282,7 @@ fn chunk_all<I: Index, W: Index, X: Coord>(
     job: &Job,
     grid: &Grid,
     whatever: bool,
-) -> Result<Result<First<W>, Way>> {
+) -> Result<Result<AtSeams<W>, Way>> {
     let (ws, t) = (job.ws, job.shape.triangles);
     let mut scanned = match clock.restored(SCANNED)? {
         Some(scanned) => scanned,
@@ -296,7 +308,7 @@ fn chunk_all<I: Index, W: Index, X: Coord>(
                 component: &scanned.rows.component,
                 stars: scanned.stars.as_ref(),
             };
-            let so_far = (&mut scanned.chunked, until);
+            let so_far = (&mut scanned.chunked, &scanned.records, until);
             chunks::<I, W, X>(job, &scanned.seam, grid, &sinks, so_far)
         },
     )?;
@@ -306,6 +318,7 @@ fn chunk_all<I: Index, W: Index, X: Coord>(
         cuts,
         stars,
         chunked,
+        records,
         unreferenced,
         ..
     } = scanned;
@@ -321,13 +334,14 @@ fn chunk_all<I: Index, W: Index, X: Coord>(
         edges,
         cuts,
     };
-    Ok(Ok(First {
+    let first = First {
         rows,
-        seaming,
         stars,
         chunked,
+        records,
         unreferenced,
-    }))
+    };
+    Ok(Ok((first, seaming)))
 }
 
 impl<W: Index> Scanned<W> {
@@ -348,6 +362,7 @@ impl<W: Index> Scanned<W> {
         Ok(Scanned {
             stars: Spilled::wanted(job, parts)?,
             chunked: Chunked::new(ws, job.plan.chunks(t))?,
+            records: LocalRecords::new(ws)?,
             seam,
             rows,
             edges,
@@ -355,19 +370,6 @@ impl<W: Index> Scanned<W> {
             unreferenced,
         })
     }
-}
-
-/// Settles the seams.
-fn seam_all<W: Index>(clock: &mut Clock, job: &Job, first: &mut First<W>) -> Result<()> {
-    let behind = (CHUNKED, job.opened);
-    let pass = ("seams", "corners", first.chunked.settled.spilled);
-    clock.rounds(pass, behind, first, |first, until| {
-        let nodes = Nodes::InOrder(&first.chunked, job.plan.chunk);
-        seams(job, &mut first.seaming, until, |corner| {
-            nodes.of_corner(corner)
-        })
-    })?;
-    clock.done(CHUNKED, job.opened, first)
 }
 
 /// Refuses, now that the table of chunks is there, a budget that is too small for what comes

@@ -7,7 +7,7 @@
 //!
 //! Memory: none. I/O: none.
 
-use super::asked::ASKED;
+use super::asked::asked;
 use super::cells::CellPlan;
 use super::cells::records::{NodeCount, NodeMeasure};
 use super::chunked::table_bytes;
@@ -77,7 +77,7 @@ fn through_cells(shape: &Shape, plan: &Plan, memory: u64) -> Option<u64> {
     };
     let told =
         5 * w * t + (6 * parted + 8 * parts) * w + nodes * counted as u64 + 5 * w * unmeasured;
-    let asked = 3 * unmeasured * ASKED.iter().sum::<u64>();
+    let asked = 3 * unmeasured * asked(w, shape.coord).iter().sum::<u64>();
     let rest = tail(dealt, shape.threads, plan.writer);
     Some((dealt + spots).max(told + rest.max(asked)))
 }
@@ -249,7 +249,7 @@ impl Load {
 
     /// Bytes of the questions for coordinates, and of the answers.
     fn asked(&self) -> [u64; 2] {
-        ASKED.map(|bytes| 3 * self.deferred * bytes)
+        asked(self.width, self.shape.coord).map(|bytes| 3 * self.deferred * bytes)
     }
 
     /// The passes, with what each reads and writes.

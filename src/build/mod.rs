@@ -28,7 +28,9 @@ pub mod deferred;
 pub mod fill;
 pub mod finish;
 pub mod graph;
+pub mod marks;
 pub mod nodes;
+pub mod piece;
 pub mod plan;
 pub mod records;
 pub mod rows;
@@ -221,4 +223,22 @@ fn scratch_items<T: bytemuck::Pod>(
         done += n as u64 * item;
     }
     Ok(())
+}
+
+/// Hands all records in a scratch file to `each`, 64 KiB at a time, and frees what was read: for
+/// files that nobody reads again. What the file system, or a journal, does not let go of stays until
+/// the file is dropped.
+fn consumed_items<T: bytemuck::Pod>(
+    ws: &Workspace,
+    file: &ScratchFile,
+    each: &mut dyn FnMut(&[T]) -> Result<()>,
+) -> Result<()> {
+    let (mut read, mut freed) = (0, 0);
+    let bytes = file.len();
+    scratch_items(ws, file, 0, bytes, &mut |items: &[T]| {
+        each(items)?;
+        read += size_of_val(items) as u64;
+        freed += file.free_before(freed, read);
+        Ok(())
+    })
 }

@@ -34,6 +34,19 @@ impl<W: Index> EdgeCorner<W> {
         ])
     }
 
+    /// The fields of the edge, and those of the corner.
+    #[inline]
+    pub fn halves(&self) -> ([W; 2], [W; 2]) {
+        let [lo, hi, corner, called] = self.0;
+        ([lo, hi], [corner, called])
+    }
+
+    /// The same put together again.
+    #[inline]
+    pub fn of_halves([lo, hi]: [W; 2], [corner, called]: [W; 2]) -> Self {
+        EdgeCorner([lo, hi, corner, called])
+    }
+
     /// The edge: (smaller, larger) vertex.
     #[inline]
     pub fn edge(&self) -> (u64, u64) {
@@ -186,6 +199,18 @@ pub struct LocalCount {
 impl LocalCount {
     /// The bit of `borders` that tells a conflict.
     pub const CONFLICT: u32 = 1 << 31;
+
+    /// True when it tells no more than that there is a triangle.
+    pub fn is_bare(&self) -> bool {
+        let LocalCount {
+            triangles,
+            borders,
+            rings,
+            loops,
+            ..
+        } = self;
+        (*triangles, borders & !Self::CONFLICT, rings + loops) == (1, 0, 0)
+    }
 }
 
 /// A [`Measure`] as plain words.

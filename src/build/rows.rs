@@ -8,6 +8,7 @@
 
 use super::Job;
 use super::arrays::OutArray;
+use super::marks::{Kind, Marked};
 use super::tally::Sums;
 use crate::error::{Error, Result};
 use crate::folder::{self, ComponentMeasures, ComponentRow, Measures};
@@ -81,22 +82,27 @@ impl Table {
 ///
 /// # Errors
 /// [`Error::Internal`] when no surface has such numbers.
-pub fn measured(row: &ComponentRow, s: &Sums, all: &mut Measures) -> Result<ComponentMeasures> {
+pub fn measured(
+    row: &ComponentRow,
+    (s, marked): (&Sums, &Marked),
+    all: &mut Measures,
+) -> Result<ComponentMeasures> {
+    let again = marked.of(Kind::Again);
     // Each corner without opposite lies at the ends of two open fans, which have two ends each.
     let fans = s.rings + row.border_edges + row.cut_edges;
     let euler = fans as i64 - row.edges as i64 + row.triangles as i64;
     // Twice the genus of an orientable surface, the genus of another.
     let handles = 2 - s.loops as i64 - euler;
     let orientable = row.orientable == 1;
-    if fans < s.again || handles < 0 || orientable && handles % 2 != 0 {
+    if fans < again || handles < 0 || orientable && handles % 2 != 0 {
         let first = row.first_triangle;
         return Err(Error::Internal(format!(
             "the pass over components found {fans} fans ({} again), {} loops and the Euler \
              characteristic {euler} for the component of triangle {first}, which no surface has",
-            s.again, s.loops
+            again, s.loops
         )));
     }
-    let vertices = fans - s.again;
+    let vertices = fans - again;
     let smesh = row.closed == 1
         && orientable
         && vertices == fans

@@ -11,6 +11,7 @@
 use super::Job;
 use super::appender::{Appender, BLOCK};
 use super::chunked::Settled;
+use super::cuts::Sorted;
 use super::records::{EdgeCorner, Link, Patch};
 use crate::corner::Index;
 use crate::disk::ScratchFile;
@@ -58,6 +59,41 @@ impl<W: Index> Keep for Seaming<W> {
             borders: from.file()?,
             settled: Settled::restore(from)?,
             done: from.number()?,
+        })
+    }
+}
+
+/// What the seam pass leaves.
+pub struct Seamed<W: Index> {
+    /// Corners on non-manifold edges.
+    pub cuts: Sorted,
+    /// How many those are.
+    pub cut_corners: u64,
+    /// Opposites to fill into O, by triangle.
+    pub patches: Buckets<Patch<W>>,
+    /// [`Link`]s between local components.
+    pub links: ScratchFile,
+    /// For each border edge, its local component.
+    pub borders: ScratchFile,
+    /// Totals of what was settled.
+    pub settled: Settled,
+}
+
+impl<W: Index> Seaming<W> {
+    /// All is settled: sorts the corners on non-manifold edges.
+    ///
+    /// # Errors
+    /// [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`].
+    pub fn finish(self, job: &Job) -> Result<Seamed<W>> {
+        drop(self.edges);
+        let cuts = self.cuts.finish()?;
+        Ok(Seamed {
+            cut_corners: cuts.records(),
+            cuts: Sorted::new(job, &cuts)?,
+            patches: self.patches.finish()?,
+            links: self.links,
+            borders: self.borders,
+            settled: self.settled,
         })
     }
 }

@@ -33,7 +33,7 @@ use std::time::{Duration, Instant};
 pub const OPENED: &str = "coordinates";
 
 /// The form in which states are written; another is refused.
-pub const STATE: u32 = 1;
+pub const STATE: u32 = 2;
 
 /// What says whether a state belongs to a build: by name, what must be the same.
 pub type Identity = BTreeMap<String, String>;
@@ -163,6 +163,29 @@ impl Steps {
             self.try_write(ws, step, keep)?;
         }
         Ok(())
+    }
+
+    /// Runs a pass by rounds: see [`Clock::rounds`](super::clock::Clock::rounds).
+    ///
+    /// # Errors
+    /// Those of the pass, and of writing down.
+    pub fn rounds<T: Keep>(
+        &mut self,
+        ws: &Workspace,
+        (step, opened): (&str, &Opened),
+        state: &mut T,
+        mut run: impl FnMut(&mut T, Option<Instant>) -> Result<bool>,
+    ) -> Result<()> {
+        loop {
+            self.done(ws, step, &|pen| {
+                opened.keep(pen)?;
+                state.keep(pen)
+            })?;
+            // What came of a file that shrank must not be written down.
+            if ws.io.intact(run(state, self.until()))? {
+                return Ok(());
+            }
+        }
     }
 
     /// Writes down the result of a step, however little is at stake; false when there is no room.

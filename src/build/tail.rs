@@ -5,6 +5,7 @@
 
 use super::Job;
 use super::arrays::OutArray;
+use super::cells::records::Unmeasured;
 use super::chunked::Settled;
 use super::clock::Clock;
 use super::finish::Tables;
@@ -14,8 +15,10 @@ use super::stars::Starred;
 use super::stars::spill::Spilled;
 use crate::chunk::grid::Bounds;
 use crate::corner::Index;
+use crate::disk::ScratchFile;
 use crate::error::{Error, Result};
 use crate::folder::{self, Counts, Measures};
+use bytemuck::Zeroable;
 
 /// What is known of the edges and vertices before the components are.
 pub struct Edges<'a> {
@@ -81,17 +84,20 @@ impl Edges<'_> {
 pub fn join_stars<W: Index>(
     clock: &mut Clock,
     job: &Job,
-    nodes: &Nodes,
+    (nodes, alone): (&Nodes, Option<&ScratchFile>),
     spilled: Option<Spilled<W>>,
     degenerate: u64,
 ) -> Result<Option<Starred<W>>> {
     let Some(spilled) = spilled else {
         return Ok(None);
     };
-    let left = spilled.finish()?;
-    let parts = left.parts.records();
+    let more = alone.map_or(0, |file| 3 * file.len() / size_of::<Unmeasured<W>>() as u64);
+    let parts = spilled.parts() + more;
     let stars = clock.pass("stars", "parts of fans", parts, || {
-        Starred::new(job, nodes, left)
+        if let Some(alone) = alone {
+            spill_alone(job, &spilled, alone)?;
+        }
+        Starred::new(job, nodes, spilled.finish()?)
     })?;
     let found = stars.valences.corners;
     let expected = 3 * (job.shape.triangles - degenerate);
@@ -101,6 +107,35 @@ pub fn join_stars<W: Index>(
         )));
     }
     Ok(Some(stars))
+}
+
+/// Triangles that are handed out at a time.
+const BLOCK: u64 = 1 << 10;
+
+/// Hands out the parts of fans of triangles that are local components of their own.
+fn spill_alone<W: Index>(job: &Job, spilled: &Spilled<W>, alone: &ScratchFile) -> Result<()> {
+    let (ws, size) = (job.ws, size_of::<Unmeasured<W>>() as u64);
+    let triangles = alone.len() / size;
+    if triangles == 0 {
+        return Ok(());
+    }
+    let bytes = ws.workers.count() as u64 * BLOCK * size;
+    let _lease = ws.budget.lease("triangles of large cells", bytes)?;
+    ws.workers.run(
+        triangles.div_ceil(BLOCK),
+        || {
+            let block = vec![Unmeasured::<W>::zeroed(); BLOCK as usize];
+            Ok((block, spilled.spiller()?))
+        },
+        |(block, spiller), unit| {
+            let count = BLOCK.min(triangles - unit * BLOCK) as usize;
+            let bytes = bytemuck::cast_slice_mut(&mut block[..count]);
+            alone.read_at(bytes, unit * BLOCK * size)?;
+            let mut each = block[..count].iter();
+            each.try_for_each(|triangle| spiller.alone(triangle.t(), triangle.v()))
+        },
+        |(_, spiller)| spiller.finish(),
+    )
 }
 
 /// The arrays by triangle.

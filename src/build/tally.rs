@@ -5,15 +5,29 @@
 //! are integers, minima or maxima, so it does not matter in how many pieces they arrive; the
 //! shuffle brings the pieces of a component together. Few components never spill.
 //!
-//! Memory: a table of 192 bytes a slot and one writer for each thread. I/O: 168 bytes for each
-//! piece, written and read once.
+//! Memory: a table of [`SLOT`] bytes a slot and one writer for each thread. I/O: what leaves a table,
+//! in [pieces](super::piece), written and read once.
 
-use super::records::{LocalCount, MeasureRecord};
+use super::Job;
+use super::piece::Piece;
+use super::records::LocalCount;
+use crate::chunk::grid::Grid;
 use crate::chunk::measure::Measure;
-use crate::disk::Lease;
+use crate::disk::{Budget, Lease};
 use crate::error::Result;
-use crate::shuffle::{Buckets, Record, Shuffle, Sorter, Writer};
-use bytemuck::{Pod, Zeroable};
+use crate::shuffle::{Buckets, Shuffle, Sorter, Writer};
+
+/// The geometry of a component, or of a part of it, oriented like the component's first triangle.
+#[derive(Clone, Copy, Debug, Default)]
+pub enum Measured {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// The corners of one triangle, and whether it is flipped against the first.
+    One([[f64; 3]; 3], bool),
+    /// The sums of several.
+    Many(Measure),
+}
 
 /// What is known of a component, or of a part of it.
 #[derive(Clone, Copy, Debug)]
@@ -30,10 +44,8 @@ pub struct Sums {
     pub rings: u64,
     /// Loops of corners without opposite.
     pub loops: u64,
-    /// Fans that meet another fan of the component at their vertex: all but one at each vertex.
-    pub again: u64,
-    /// Geometry, oriented like the component's first triangle.
-    pub measure: Measure,
+    /// Geometry.
+    pub measured: Measured,
 }
 
 impl Default for Sums {
@@ -45,8 +57,7 @@ impl Default for Sums {
             borders: 0,
             rings: 0,
             loops: 0,
-            again: 0,
-            measure: Measure::default(),
+            measured: Measured::Nothing,
         }
     }
 }
@@ -59,68 +70,112 @@ impl Sums {
         self.first = self.first.min(start + u64::from(local.first));
         self.triangles += u64::from(triangles);
         self.flipped += u64::from(if flip { triangles - flipped } else { flipped });
-        self.borders += u64::from(local.borders & !LocalCount::CONFLICT);
-        self.rings += u64::from(local.rings);
-        self.loops += u64::from(local.loops);
+        let borders = local.borders & !LocalCount::CONFLICT;
+        self.rims([borders, local.rings, local.loops].map(u64::from));
     }
 
-    fn merge(&mut self, other: &Sums) {
-        self.first = self.first.min(other.first);
-        self.triangles += other.triangles;
-        self.flipped += other.flipped;
-        self.borders += other.borders;
-        self.rings += other.rings;
-        self.loops += other.loops;
-        self.again += other.again;
-        self.measure.merge(&other.measure, false);
+    /// Counts a triangle that is a local component of its own, and flipped, or not, against the
+    /// component's first.
+    pub fn count_alone(&mut self, t: u64, flip: bool) {
+        self.first = self.first.min(t);
+        self.triangles += 1;
+        self.flipped += u64::from(flip);
     }
-}
 
-/// [`Sums`] of a part of a component, as plain words.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Piece {
-    component: u64,
-    counts: [u64; 7],
-    measure: MeasureRecord,
-}
+    /// Counts borders, rings and loops.
+    #[inline]
+    pub fn rims(&mut self, [borders, rings, loops]: [u64; 3]) {
+        self.borders += borders;
+        self.rings += rings;
+        self.loops += loops;
+    }
 
-impl Piece {
-    fn new(component: u64, s: &Sums) -> Piece {
-        Piece {
-            component,
-            counts: [
-                s.first,
-                s.triangles,
-                s.flipped,
-                s.borders,
-                s.rings,
-                s.loops,
-                s.again,
-            ],
-            measure: MeasureRecord::new(&s.measure),
+    /// Measures one triangle: see [`Measure::add`].
+    #[inline]
+    pub fn add(&mut self, grid: &Grid, corners: [[f64; 3]; 3], flip: bool) {
+        match &mut self.measured {
+            Measured::Nothing => self.measured = Measured::One(corners, flip),
+            Measured::Many(measure) => measure.add(grid, corners, flip),
+            Measured::One(..) => {
+                let mut both = self.measure(grid);
+                both.add(grid, corners, flip);
+                self.measured = Measured::Many(both);
+            }
         }
     }
 
-    fn sums(&self) -> Sums {
-        let [first, triangles, flipped, borders, rings, loops, again] = self.counts;
-        Sums {
-            first,
-            triangles,
-            flipped,
-            borders,
-            rings,
-            loops,
-            again,
-            measure: self.measure.get(),
+    /// Takes in what others measured: see [`Measure::merge`].
+    pub fn merge_measure(&mut self, grid: &Grid, other: &Measure, flip: bool) {
+        let mut both = self.measure(grid);
+        both.merge(other, flip);
+        self.measured = Measured::Many(both);
+    }
+
+    /// The measure of all.
+    pub fn measure(&self, grid: &Grid) -> Measure {
+        match self.measured {
+            Measured::Nothing => Measure::default(),
+            Measured::One(corners, flip) => {
+                let mut measure = Measure::default();
+                measure.add(grid, corners, flip);
+                measure
+            }
+            Measured::Many(measure) => measure,
         }
     }
 }
 
-impl Record for Piece {
-    const LEVELS: usize = 1;
-    fn key(&self, _: usize) -> u64 {
-        self.component
+/// Where sums go.
+pub struct Pieces<'a> {
+    shuffle: Shuffle<Piece>,
+    /// The grid of volumes.
+    pub grid: &'a Grid,
+    /// Number of components.
+    pub components: u64,
+    /// Bytes of each thread's table.
+    pub memory: u64,
+    budget: &'a Budget,
+}
+
+impl<'a> Pieces<'a> {
+    /// None yet, of so many components.
+    ///
+    /// # Errors
+    /// [`crate::Error::Internal`] for a plan beyond what a writer numbers.
+    pub fn new(job: &Job<'a>, grid: &'a Grid, components: u64) -> Result<Pieces<'a>> {
+        let ws = job.ws;
+        let plan = job.shuffle_plan(size_of::<Piece>(), components);
+        let keys = 0..components.max(1);
+        Ok(Pieces {
+            shuffle: Shuffle::new(ws, "sums by component", keys, plan)?,
+            grid,
+            components,
+            memory: ws.budget.free() / 16 / ws.workers.count() as u64,
+            budget: &ws.budget,
+        })
+    }
+
+    /// A thread's table.
+    ///
+    /// # Errors
+    /// [`crate::Error::Budget`].
+    pub fn tally(&self) -> Result<Tally<'_>> {
+        let most = (self.memory / SLOT).max(1);
+        let slots = (1u64 << most.ilog2()).min(self.components.max(1).next_power_of_two());
+        Ok(Tally {
+            _lease: self.budget.lease("sums by component", slots * SLOT)?,
+            slots: vec![(FREE, Sums::default()); slots as usize],
+            writer: self.shuffle.writer()?,
+            grid: self.grid,
+        })
+    }
+
+    /// All tables are finished.
+    ///
+    /// # Errors
+    /// As [`Shuffle::finish`].
+    pub fn finish(self) -> Result<Buckets<Piece>> {
+        self.shuffle.finish()
     }
 }
 
@@ -128,36 +183,16 @@ impl Record for Piece {
 pub struct Tally<'a> {
     slots: Vec<(u64, Sums)>,
     writer: Writer<'a, Piece>,
+    grid: &'a Grid,
     _lease: Lease,
 }
 
 /// No component: the slot is free.
 const FREE: u64 = u64::MAX;
+/// Bytes of a slot.
+pub const SLOT: u64 = size_of::<(u64, Sums)>() as u64;
 
-impl<'a> Tally<'a> {
-    /// Bytes of a slot.
-    const SLOT: u64 = size_of::<(u64, Sums)>() as u64;
-
-    /// A table of at most `memory` bytes (at least one slot) before the shuffle `to`; more
-    /// slots than `components` are not made.
-    ///
-    /// # Errors
-    /// [`crate::Error::Budget`].
-    pub fn new(
-        budget: &crate::disk::Budget,
-        memory: u64,
-        components: u64,
-        to: &'a Shuffle<Piece>,
-    ) -> Result<Self> {
-        let most = (memory / Self::SLOT).max(1);
-        let slots = (1u64 << most.ilog2()).min(components.max(1).next_power_of_two());
-        Ok(Tally {
-            _lease: budget.lease("sums by component", slots * Self::SLOT)?,
-            slots: vec![(FREE, Sums::default()); slots as usize],
-            writer: to.writer()?,
-        })
-    }
-
+impl Tally<'_> {
     /// The sums to add to for a component.
     ///
     /// # Errors
@@ -165,15 +200,42 @@ impl<'a> Tally<'a> {
     #[inline]
     pub fn at(&mut self, component: u64) -> Result<&mut Sums> {
         let slot = (component & (self.slots.len() as u64 - 1)) as usize;
-        let (owner, sums) = &mut self.slots[slot];
-        if *owner != component {
-            if *owner != FREE {
-                self.writer.push(Piece::new(*owner, sums))?;
-            }
-            *owner = component;
-            *sums = Sums::default();
+        if self.slots[slot].0 != component {
+            self.send(slot)?;
+            self.slots[slot] = (component, Sums::default());
         }
-        Ok(sums)
+        Ok(&mut self.slots[slot].1)
+    }
+
+    /// Sends what a slot holds to the shuffle.
+    fn send(&mut self, slot: usize) -> Result<()> {
+        let (owner, sums) = &self.slots[slot];
+        if *owner == FREE {
+            return Ok(());
+        }
+        let writer = &mut self.writer;
+        Piece::all_of(*owner, sums, self.grid, &mut |piece| writer.push(piece))
+    }
+
+    /// Measures one triangle of a component: see [`Sums::add`].
+    ///
+    /// # Errors
+    /// As a push to the shuffle.
+    #[inline]
+    pub fn add(&mut self, component: u64, corners: [[f64; 3]; 3], flip: bool) -> Result<()> {
+        let grid = self.grid;
+        self.at(component)?.add(grid, corners, flip);
+        Ok(())
+    }
+
+    /// Takes in a measure of a part of a component: see [`Sums::merge_measure`].
+    ///
+    /// # Errors
+    /// As a push to the shuffle.
+    pub fn merge(&mut self, component: u64, other: &Measure, flip: bool) -> Result<()> {
+        let grid = self.grid;
+        self.at(component)?.merge_measure(grid, other, flip);
+        Ok(())
     }
 
     /// Sends what is left to the shuffle.
@@ -181,9 +243,7 @@ impl<'a> Tally<'a> {
     /// # Errors
     /// As a push to the shuffle.
     pub fn finish(mut self) -> Result<()> {
-        for (owner, sums) in self.slots.iter().filter(|(owner, _)| *owner != FREE) {
-            self.writer.push(Piece::new(*owner, sums))?;
-        }
+        (0..self.slots.len()).try_for_each(|slot| self.send(slot))?;
         self.writer.finish()
     }
 }
@@ -195,21 +255,18 @@ impl<'a> Tally<'a> {
 pub fn reduce(
     pieces: &Buckets<Piece>,
     sorter: &mut Sorter<Piece>,
+    grid: &Grid,
     mut each: impl FnMut(u64, &Sums) -> Result<()>,
 ) -> Result<()> {
     let mut now: Option<(u64, Sums)> = None;
     pieces.sorted_all(sorter, &mut |batch| {
         for piece in batch {
-            match &mut now {
-                Some((component, sums)) if *component == piece.component => {
-                    sums.merge(&piece.sums());
-                }
-                _ => {
-                    if let Some((component, sums)) = now.replace((piece.component, piece.sums())) {
-                        each(component, &sums)?;
-                    }
-                }
+            let component = piece.component();
+            if let Some((done, sums)) = now.take_if(|(other, _)| *other != component) {
+                each(done, &sums)?;
             }
+            let (_, sums) = now.get_or_insert((component, Sums::default()));
+            piece.add_to(sums, grid);
         }
         Ok(())
     })?;

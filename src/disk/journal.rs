@@ -57,6 +57,17 @@ impl<T: Keep> Keep for Option<T> {
     }
 }
 
+impl<A: Keep, B: Keep> Keep for (A, B) {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        self.0.keep(to)?;
+        self.1.keep(to)
+    }
+
+    fn restore(from: &mut Reader) -> Result<(A, B)> {
+        Ok((A::restore(from)?, B::restore(from)?))
+    }
+}
+
 /// Writes a journal.
 pub struct Pen {
     out: BufWriter<Stream>,

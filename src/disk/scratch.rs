@@ -366,6 +366,17 @@ impl ScratchFile {
         }
     }
 
+    /// Frees the whole pages of an appended file from byte `from`, which begins one, up to byte `to`;
+    /// gives how many bytes those are, as long as they can be freed: see [`free`](ScratchFile::free).
+    pub fn free_before(&self, from: u64, to: u64) -> u64 {
+        let bytes = (to - from) / PAGE * PAGE;
+        if bytes > 0 && self.free(from, bytes) {
+            bytes
+        } else {
+            0
+        }
+    }
+
     /// Frees the first `bytes` of the reserved range at byte `at`, which were filled. False when
     /// the file system does not free parts of files, or this one is pinned: they count until the
     /// file is dropped.

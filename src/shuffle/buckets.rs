@@ -267,15 +267,20 @@ impl<R: Record> Bucket<'_, R> {
         for run in self.runs() {
             let mut at = run.at;
             let mut left = run.records as usize;
+            // A run may be half of the bucket, so it is freed piece by piece.
+            let mut freed = run.at;
             while left > 0 {
                 let n = left.min(buffer.len());
                 self.read(&mut buffer[..n], at)?;
-                each(&buffer[..n])?;
                 at += (n * size_of::<R>()) as u64;
                 left -= n;
+                if let (true, Some(file)) = (consume, &self.file) {
+                    freed += file.free_before(freed, at);
+                }
+                each(&buffer[..n])?;
             }
-            if consume {
-                self.free(&run);
+            if let (true, Some(file)) = (consume && freed < at, &self.file) {
+                file.free(freed, at - freed);
             }
         }
         self.kept().try_for_each(each)

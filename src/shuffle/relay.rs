@@ -381,7 +381,7 @@ impl<R: Record> Relay<R> {
         }
         let head = slot.head;
         slot.head = self.pool.read(block, head)?;
-        self.pool.give(head)?;
+        self.pool.give::<R>(head, block.len())?;
         Ok(self.per)
     }
 

@@ -8,7 +8,7 @@
 //! the record space are touched as buckets need them, and reused.
 
 use super::buckets::Bucket;
-use super::pool::footer;
+use super::pool::{PAGE, footer};
 use super::radix::{self, Tables};
 use super::split::{self, Part};
 use super::{Record, compare};
@@ -53,7 +53,14 @@ impl<R: Record> Sorter<R> {
         }
         let lease = budget.lease("a sorter of the shuffle", memory)?;
         let size = size_of::<R>() as u64;
-        let block = (memory / 32).min(BLOCK) / size;
+        // Whole pages, where there are some, so that each can be freed.
+        let bytes = (memory / 32).min(BLOCK);
+        let pages = if bytes < PAGE {
+            bytes
+        } else {
+            bytes / PAGE * PAGE
+        };
+        let block = pages / size;
         let block = block.max(footer::<R>() as u64 + 1);
         let parts = split::least_parts::<R>() as u64 + 4 * (memory / 2 / (block * size)).min(128);
         let fixed = parts * size_of::<Part>() as u64;

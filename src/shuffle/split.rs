@@ -4,8 +4,8 @@
 //! differ at all, so no pass is spent on bits or levels that all records share, and each cut
 //! leaves at least two parts. A part whose records agree in all levels is streamed.
 //!
-//! Parts live as chains of blocks in one temporary file (see [`pool`](super::pool)), which stays
-//! about as long as the bucket, however often parts are split.
+//! Parts live as chains of blocks in one temporary file (see [`pool`](super::pool)), whose space is free
+//! again as parts are read, however often they are split.
 //!
 //! Memory: the sorter's record space as buffers, one block for each part and one for input; a
 //! stack of parts whose bound [`least_parts`] explains. I/O: each split reads and writes its
@@ -209,7 +209,7 @@ impl<R: Record> Store<'_, R> {
             let n = Self::in_block(left, per);
             let next = pool.read(&mut block[..n + footer::<R>()], head)?;
             if consume {
-                pool.give(head)?;
+                pool.give::<R>(head, n + footer::<R>())?;
             }
             each(pool, &block[..n])?;
             left -= n as u64;
@@ -232,7 +232,7 @@ impl<R: Record> Store<'_, R> {
             let next = self
                 .pool
                 .read(&mut into[done..done + len + footer::<R>()], head)?;
-            self.pool.give(head)?;
+            self.pool.give::<R>(head, len + footer::<R>())?;
             done += len;
             head = next;
         }

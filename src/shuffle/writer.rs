@@ -179,6 +179,11 @@ impl<R: Record> Shuffle<R> {
         Runs::new(self.layout.buckets as usize, self.runs as usize)
     }
 
+    /// Records of the writers that have finished.
+    pub fn records(&self) -> u64 {
+        lock(&self.done).records
+    }
+
     /// Ends the writing.
     ///
     /// # Errors

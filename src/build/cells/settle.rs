@@ -12,7 +12,7 @@
 //! triangles) is not held: its edges go to the seam pass, which sorts them externally, and each
 //! of its triangles is a local component.
 //!
-//! Memory: a share, four writers and five blocks a thread; the marks of names. I/O: what was dealt
+//! Memory: a share, four writers and seven blocks a thread; the marks of names. I/O: what was dealt
 //! is read once; 5 words a triangle written, 2 for each opposite across cells and for each link;
 //! 32 bytes a local component, and 112 where it was measured.
 
@@ -60,12 +60,14 @@ pub struct Sinks<'a, W: Index> {
     pub measures: &'a ScratchFile,
     /// [`Unmeasured`] triangles.
     pub unmeasured: &'a ScratchFile,
+    /// [`Unmeasured`] triangles of cells that do not fit: local components of their own.
+    pub alone: &'a ScratchFile,
     /// What is left of vertex stars, when they are wanted.
     pub stars: Option<&'a Spilled<W>>,
 }
 
 /// Bytes that a thread holds for what it appends, and for a cell that passes by.
-pub const APPENDED: u64 = 6 * BLOCK as u64 + PASSED;
+pub const APPENDED: u64 = 7 * BLOCK as u64 + PASSED;
 /// Bytes of the positions that pass by.
 const PASSED: u64 = Positions::<f64>::PASSING;
 /// Records of a cell that does not fit, at a time.
@@ -167,6 +169,7 @@ struct Out<'a, W: Index> {
     counts: Appender<'a, NodeCount>,
     measures: Appender<'a, NodeMeasure>,
     unmeasured: Appender<'a, Unmeasured<W>>,
+    alone: Appender<'a, Unmeasured<W>>,
 }
 
 impl<'a, W: Index, X: Coord> Thread<'a, W, X> {
@@ -191,6 +194,7 @@ impl<'a, W: Index, X: Coord> Thread<'a, W, X> {
                 counts: Appender::new(sinks.counts),
                 measures: Appender::new(sinks.measures),
                 unmeasured: Appender::new(sinks.unmeasured),
+                alone: Appender::new(sinks.alone),
             },
         })
     }
@@ -262,23 +266,14 @@ impl<'a, W: Index, X: Coord> Thread<'a, W, X> {
 
     /// Hands the edges of a cell that does not fit to the seam pass.
     fn pass_on(&mut self, hands: &Hands<W>, cell: u64) -> Result<()> {
-        let Thread {
-            out,
-            settled,
-            stars,
-            ..
-        } = self;
-        let measured = self.positions.any();
+        let Thread { out, settled, .. } = self;
         let mut block = vec![Dealt::<W>::zeroed(); PASSING];
         hands
             .triangles
             .streamed(cell, &mut block, &mut |triangles| {
                 for triangle in triangles {
                     settled.spilled += 3 - u64::from(triangle.aside() != 0);
-                    out.pass_on(triangle, measured)?;
-                    if let Some(stars) = stars {
-                        stars.alone(triangle.t(), triangle.v().map(Index::wide))?;
-                    }
+                    out.pass_on(triangle)?;
                 }
                 Ok(())
             })?;
@@ -389,25 +384,14 @@ impl<W: Index> Out<'_, W> {
     }
 
     /// Makes a triangle a local component of its own, with its edges for the seam pass.
-    fn pass_on(&mut self, triangle: &Dealt<W>, measured: bool) -> Result<()> {
+    fn pass_on(&mut self, triangle: &Dealt<W>) -> Result<()> {
         let called = Called::itself(triangle.t());
         for k in (0..3).filter(|k| triangle.aside() as usize != k + 1) {
             let at = (triangle.t(), k);
             self.edges.push(edge_corner(triangle.edge(k), at, called))?;
         }
         self.names.mark(triangle.t());
-        self.counts.push(NodeCount {
-            name: triangle.t(),
-            triangles: 1,
-            flipped: 0,
-            borders: 0,
-            conflict: 0,
-            rings: 0,
-            loops: 0,
-        })?;
-        if measured {
-            self.unmeasured.push(Unmeasured::new(triangle, called))?;
-        }
+        self.alone.push(Unmeasured::new(triangle, called))?;
         let none = [W::NONE; 3];
         self.replies.push(Reply::new(triangle.t(), none, called))
     }
@@ -418,6 +402,7 @@ impl<W: Index> Out<'_, W> {
         self.counts.flush()?;
         self.measures.flush()?;
         self.unmeasured.flush()?;
+        self.alone.flush()?;
         self.replies.finish()?;
         self.patches.finish()?;
         self.cuts.finish()?;

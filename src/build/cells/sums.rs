@@ -8,25 +8,98 @@
 //! Memory: a tally and a block a thread, and what asking takes. I/O: 24 bytes a local component
 //! and 112 where it was measured; 5 words an unmeasured triangle, and what asking takes.
 
-use super::super::Job;
-use super::super::asked::{Ask, Sum, measure_asked, questions};
+use super::super::asked::{Adds, Ask, measure_asked, questions};
 use super::super::stitch::Labels;
-use super::super::tally::{Piece, Tally};
+use super::super::tally::{Pieces, Tally};
+use super::super::{Job, scratch_items};
 use super::names::Names;
 use super::places::Places;
 use super::records::{Called, NodeCount, NodeMeasure, Unmeasured};
-use crate::chunk::grid::Grid;
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
-use crate::disk::ScratchFile;
+use crate::disk::journal::{Keep, Pen, Reader};
+use crate::disk::{ScratchFile, Workspace};
 use crate::error::Result;
-use crate::shuffle::{Buckets, Shuffle, Writer};
+use crate::shuffle::{Buckets, Writer};
 use bytemuck::Pod;
 
 /// Records at a time.
 const BLOCK: usize = 1024;
 
-/// What the cells left in scratch.
+/// What the cells left in scratch: used up as it is summed.
+pub struct Left {
+    /// [`NodeCount`]s.
+    pub counts: ScratchFile,
+    /// [`NodeMeasure`]s.
+    pub measures: ScratchFile,
+    /// [`Unmeasured`] triangles.
+    pub unmeasured: ScratchFile,
+    /// [`Unmeasured`] triangles that are local components of their own, and not counted.
+    pub alone: ScratchFile,
+}
+
+impl Keep for Left {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        let Left {
+            counts,
+            measures,
+            unmeasured,
+            alone,
+        } = self;
+        let mut files = [counts, measures, unmeasured, alone].into_iter();
+        files.try_for_each(|file| to.file(file))
+    }
+
+    fn restore(from: &mut Reader) -> Result<Left> {
+        Ok(Left {
+            counts: from.file()?,
+            measures: from.file()?,
+            unmeasured: from.file()?,
+            alone: from.file()?,
+        })
+    }
+}
+
+impl Left {
+    /// Nothing yet.
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`].
+    pub fn new(ws: &Workspace) -> Result<Left> {
+        Ok(Left {
+            counts: ws.scratch.file("counts of local components")?,
+            measures: ws.scratch.file("measures of local components")?,
+            unmeasured: ws.scratch.file("triangles to measure")?,
+            alone: ws.scratch.file("triangles of large cells")?,
+        })
+    }
+
+    /// Hands the numbers of local components that contradict themselves to `each`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Budget`], [`crate::Error::Io`], and those of `each`.
+    pub fn conflicts(
+        &self,
+        job: &Job,
+        names: &Names,
+        each: &mut dyn FnMut(u64) -> Result<()>,
+    ) -> Result<()> {
+        let file = &self.counts;
+        scratch_items(
+            job.ws,
+            file,
+            0,
+            file.len(),
+            &mut |counts: &[NodeCount]| {
+                let marked = counts.iter().filter(|count| count.conflict != 0);
+                let mut numbers = marked.map(|count| names.number(count.name));
+                numbers.try_for_each(&mut *each)
+            },
+        )
+    }
+}
+
+/// What it takes to sum them.
 pub struct Sums<'a, W> {
     /// The job.
     pub job: &'a Job<'a>,
@@ -34,14 +107,6 @@ pub struct Sums<'a, W> {
     pub names: &'a Names,
     /// Components of the local components.
     pub labels: &'a Labels<W>,
-    /// The grid of volumes.
-    pub grid: &'a Grid,
-    /// [`NodeCount`]s.
-    pub counts: &'a ScratchFile,
-    /// [`NodeMeasure`]s.
-    pub measures: &'a ScratchFile,
-    /// [`Unmeasured`] triangles.
-    pub unmeasured: &'a ScratchFile,
 }
 
 impl<W: Index> Sums<'_, W> {
@@ -52,62 +117,64 @@ impl<W: Index> Sums<'_, W> {
         (component, flip ^ called.flip)
     }
 
-    /// Sums everything into `pieces`, with tables of `memory` bytes a thread.
+    /// Sums everything into `pieces`.
     ///
     /// # Errors
     /// [`crate::Error::Budget`], [`crate::Error::DiskLimit`], [`crate::Error::Io`].
-    pub fn sum<X: Coord>(
-        &self,
-        places: &Places<X>,
-        pieces: &Shuffle<Piece>,
-        memory: u64,
-    ) -> Result<()> {
-        self.each(self.counts, pieces, memory, |tally, node: &NodeCount| {
+    pub fn sum<X: Coord>(&self, left: Left, places: &Places<X>, pieces: &Pieces) -> Result<()> {
+        let Left {
+            counts,
+            measures,
+            unmeasured,
+            alone,
+        } = left;
+        self.each(&counts, pieces, |tally, node: &NodeCount| {
             let (component, flip) = self.label(Called::itself(node.name));
             let sums = tally.at(component)?;
             let (triangles, flipped) = (node.triangles, node.flipped);
             sums.first = sums.first.min(node.name);
             sums.triangles += u64::from(triangles);
             sums.flipped += u64::from(if flip { triangles - flipped } else { flipped });
-            sums.borders += u64::from(node.borders);
-            sums.rings += u64::from(node.rings);
-            sums.loops += u64::from(node.loops);
+            sums.rims([node.borders, node.rings, node.loops].map(u64::from));
             Ok(())
         })?;
-        self.each(
-            self.measures,
-            pieces,
-            memory,
-            |tally, node: &NodeMeasure| {
-                let (component, flip) = self.label(Called::itself(node.name));
-                let measure = &mut tally.at(component)?.measure;
-                measure.merge(&node.measure.get(), flip);
-                Ok(())
-            },
-        )?;
-        match (places, &self.job.g) {
-            (Places::Whole(whole), _) => {
-                let g = whole.rows()?;
-                whole.took(3 * self.unmeasured.len() as usize / size_of::<Unmeasured<W>>());
-                let each = |tally: &mut Tally, triangle: &Unmeasured<W>| {
-                    let (component, flip) = self.label(triangle.called());
-                    let corners = triangle.v().map(|v| g[v as usize].map(Coord::wide));
-                    let measure = &mut tally.at(component)?.measure;
-                    measure.add(self.grid, corners, flip);
-                    Ok(())
-                };
-                self.each(self.unmeasured, pieces, memory, each)
+        drop(counts);
+        self.each(&measures, pieces, |tally, node: &NodeMeasure| {
+            let (component, flip) = self.label(Called::itself(node.name));
+            tally.merge(component, &node.measure.get(), flip)
+        })?;
+        drop(measures);
+        let files = [(&unmeasured, false), (&alone, true)];
+        let g = match (places, &self.job.g) {
+            (Places::Whole(whole), _) => Some(whole.rows()?),
+            (_, Some(g)) => {
+                return measure_asked::<W, X>(self.job, g, self.ask(files)?, pieces);
             }
-            (_, Some(g)) if !self.unmeasured.is_empty() => {
-                let sum = Sum {
-                    grid: self.grid,
-                    pieces,
-                    components: self.labels.components,
-                    tally: memory,
-                };
-                measure_asked::<X>(self.job, g, self.ask()?, &sum)
+            _ => None,
+        };
+        for (file, counted) in files {
+            if let Places::Whole(whole) = places {
+                whole.took(3 * file.len() as usize / size_of::<Unmeasured<W>>());
             }
-            _ => Ok(()),
+            self.each(file, pieces, |tally, triangle: &Unmeasured<W>| {
+                let at = |v: u64| g.map(|g| g[v as usize].map(Coord::wide));
+                let [a, b, c] = triangle.v().map(at);
+                let corners = a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]);
+                let adds = self.adds(triangle, counted);
+                adds.add(tally, triangle.t(), corners)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// What a triangle adds to.
+    #[inline]
+    fn adds(&self, triangle: &Unmeasured<W>, counted: bool) -> Adds {
+        let (component, flip) = self.label(triangle.called());
+        Adds {
+            component,
+            flip,
+            counted,
         }
     }
 
@@ -115,13 +182,10 @@ impl<W: Index> Sums<'_, W> {
     fn each<T: Pod>(
         &self,
         file: &ScratchFile,
-        pieces: &Shuffle<Piece>,
-        memory: u64,
+        pieces: &Pieces,
         take: impl Fn(&mut Tally, &T) -> Result<()> + Sync,
     ) -> Result<()> {
-        let (ws, components) = (self.job.ws, self.labels.components);
-        let start = || Tally::new(&ws.budget, memory, components, pieces);
-        self.blocks(file, start, take, Tally::finish)
+        self.blocks(file, || pieces.tally(), take, Tally::finish)
     }
 
     /// Hands all records of a file to `take`, with a state for each thread.
@@ -152,22 +216,26 @@ impl<W: Index> Sums<'_, W> {
         )
     }
 
-    /// The corners of the unmeasured triangles, by vertex.
-    fn ask(&self) -> Result<Buckets<Ask>> {
-        let corners = 3 * self.unmeasured.len() / size_of::<Unmeasured<W>>() as u64;
-        let asks = questions(self.job, corners)?;
-        self.blocks(
-            self.unmeasured,
-            || asks.writer(),
-            |writer: &mut Writer<Ask>, triangle: &Unmeasured<W>| {
-                let label = self.label(triangle.called());
-                for (k, v) in triangle.v().into_iter().enumerate() {
-                    writer.push(Ask::new(v, (triangle.t(), k), label))?;
-                }
-                Ok(())
-            },
-            Writer::finish,
-        )?;
+    /// The corners of the triangles in these files, by vertex; with each whether its triangles are
+    /// to be counted.
+    fn ask(&self, files: [(&ScratchFile, bool); 2]) -> Result<Buckets<Ask<W>>> {
+        let bytes: u64 = files.iter().map(|(file, _)| file.len()).sum();
+        let corners = 3 * bytes / size_of::<Unmeasured<W>>() as u64;
+        let asks = questions::<W>(self.job, corners)?;
+        for (file, counted) in files {
+            self.blocks(
+                file,
+                || asks.writer(),
+                |writer: &mut Writer<Ask<W>>, triangle: &Unmeasured<W>| {
+                    let adds = self.adds(triangle, counted);
+                    for (k, v) in triangle.v().into_iter().enumerate() {
+                        writer.push(Ask::new(v, (triangle.t(), k), adds))?;
+                    }
+                    Ok(())
+                },
+                Writer::finish,
+            )?;
+        }
         asks.finish()
     }
 }

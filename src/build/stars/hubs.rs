@@ -2,31 +2,37 @@
 //!
 //! Why it works: as in a [`group`](super::group), but every part is a node of a graph. Sorted by
 //! (vertex, other vertex), the ends on one edge come together: two link their parts, one or more
-//! than two are ends of fans. The sets of the graph are the fans; each has two ends, or none when
-//! it is a ring. All fans of a hub are handed on as sharing it; whether there are several is
-//! found when they are brought together.
+//! than two are *tips* of fans. The sets of the graph are the fans; each has two tips, or none when
+//! it is a ring. A part with both is a fan by itself, and needs no more than that; the others are
+//! brought together by fan. All fans of a hub are handed on as sharing it; whether there are several
+//! is found when they are brought together.
 //!
-//! Memory: writers, a sorter, blocks; a label for each part, or a contraction. I/O: 32 bytes a part
-//! read twice; 4 words an end on an undecided edge written and read by edge; 2 words a link; 4
-//! words for each fan and each of its ends.
+//! Memory: writers, a sorter, blocks; a label for each part, or a contraction. I/O: 8 words a part
+//! read once, and freed; 4 written and read; 3 words an end on an undecided edge written and read
+//! by edge; 2 words a link; 1 word a tip; 4 words for each ring, and for each tip of a fan of
+//! several parts.
 
-use super::super::appender::{Appender, BLOCK};
-use super::super::graph::labels::{Labels, split};
+use super::super::appender::{Appender, BLOCK, Records};
 use super::super::nodes::Nodes;
-use super::super::{Job, scratch_items};
+use super::super::{Job, consumed_items};
 use super::gather::{Gathered, Out};
 use super::paths::{Firsts, Links, sets};
 use super::records::Part;
 use crate::corner::Index;
 use crate::disk::ScratchFile;
 use crate::error::{Error, Result};
-use crate::shuffle::{Buckets, Record, Shuffle};
+use crate::shuffle::{Buckets, Record, Shuffle, Writer};
 use bytemuck::{Pod, Zeroable};
 
-/// An end of a part on an undecided edge: vertex, other vertex, part, corner.
+/// What is kept of a part: vertex, local component, the corners at its ends (NONE for a ring).
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Edge<W>([W; 4]);
+struct Head<W>([W; 4]);
+
+/// An end of a part on an undecided edge: vertex, other vertex, and `2 * part + side`.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Edge<W>([W; 3]);
 
 impl<W: Index> Record for Edge<W> {
     const LEVELS: usize = 2;
@@ -36,13 +42,21 @@ impl<W: Index> Record for Edge<W> {
     }
 }
 
-/// An end of a fan: part, corner.
+/// An end of a part where its fan ends: `2 * part + side`.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Tip<W>([W; 2]);
+struct Tip<W>([W; 1]);
 
-/// What belongs to a fan: the fan; of its first part the vertex and local component, and NONE; of
-/// an end NONE twice, and the corner.
+impl<W: Index> Record for Tip<W> {
+    const LEVELS: usize = 1;
+    #[inline]
+    fn key(&self, _: usize) -> u64 {
+        self.0[0].wide()
+    }
+}
+
+/// A part of a fan of several: the fan, vertex, local component; the corner at its tip, or NONE
+/// when it is the first part.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct Piece<W>([W; 4]);
@@ -66,19 +80,43 @@ pub fn hubs<W: Index>(job: &Job, nodes: &Nodes, gathered: &Gathered) -> Result<(
     if parts == 0 {
         return Ok(());
     }
+    let heads = ws.scratch.file("heads of parts of hubs")?;
     let links = ws.scratch.file("links of parts of hubs")?;
-    let tips = ws.scratch.file("ends of fans of hubs")?;
+    let plan = job.single_plan(size_of::<Tip<W>>(), 2 * parts);
+    let tips = Shuffle::<Tip<W>>::new(ws, "tips of fans of hubs", 0..2 * parts, plan)?;
     {
-        let _lease = ws.budget.lease("ends of fans", BLOCK as u64)?;
-        let mut tips = Appender::<Tip<W>>::new(&tips);
-        let edges = by_edge(job, hubs, parts, &mut tips)?;
+        let mut tips = tips.writer()?;
+        let edges = by_edge(job, nodes, hubs, &heads, &mut tips)?;
         match_ends(job, &edges, &mut Links::new(job, &links)?, &mut tips)?;
-        tips.flush()?;
+        tips.finish()?;
     }
+    let tips = tips.finish()?;
     let labels = sets::<W>(job, parts, &links)?;
-    let pieces = by_fan(job, nodes, hubs, &tips, &labels)?;
+    drop(links);
     let _lease = ws.budget.lease("fans of hubs", Out::<W>::BYTES)?;
     let mut out = Out::new(gathered);
+    let fans = 0..labels.components.max(1);
+    // A ring at least, or a path with two ends; few where parts are many.
+    let plan = job.single_plan(size_of::<Piece<W>>(), parts / 16);
+    let pieces = Shuffle::<Piece<W>>::new(ws, "fans of hubs", fans, plan)?;
+    {
+        let mut walk = Walk {
+            heads: (&heads, Records::new(&ws.budget)?),
+            firsts: Firsts::new(job, &labels, parts)?,
+            part: 0,
+            tips: [false; 2],
+            out: &mut out,
+            pieces: pieces.writer()?,
+        };
+        let mut sorter = tips.sorter(job.sort_memory(0))?;
+        tips.sorted_all(&mut sorter, &mut |batch| {
+            batch.iter().try_for_each(|tip| walk.tip(tip.0[0].wide()))
+        })?;
+        walk.go_to(parts)?;
+        walk.pieces.finish()?;
+    }
+    drop((tips, heads, labels));
+    let pieces = pieces.finish()?;
     let mut sorter = pieces.sorter(job.sort_memory(0))?;
     let mut fan = Fan::default();
     pieces.sorted_all(&mut sorter, &mut |batch| {
@@ -91,28 +129,40 @@ pub fn hubs<W: Index>(job: &Job, nodes: &Nodes, gathered: &Gathered) -> Result<(
 /// The ends on undecided edges by edge; the others are tips.
 fn by_edge<W: Index>(
     job: &Job,
+    nodes: &Nodes,
     hubs: &ScratchFile,
-    parts: u64,
-    tips: &mut Appender<Tip<W>>,
+    heads: &ScratchFile,
+    tips: &mut Writer<Tip<W>>,
 ) -> Result<Buckets<Edge<W>>> {
     let (ws, n) = (job.ws, job.shape.vertices.max(1));
+    let parts = hubs.len() / size_of::<Part<W>>() as u64;
     let plan = job.single_plan(size_of::<Edge<W>>(), 2 * parts);
     let edges = Shuffle::<Edge<W>>::new(ws, "ends at hubs", 0..n, plan)?;
     let mut writer = edges.writer()?;
-    let mut number = 0;
-    scratch_items(ws, hubs, 0, hubs.len(), &mut |parts: &[Part<W>]| {
+    let _lease = ws.budget.lease("heads of parts", BLOCK as u64)?;
+    let mut heads = Appender::<Head<W>>::new(heads);
+    let mut end = 0;
+    consumed_items(ws, hubs, &mut |parts: &[Part<W>]| {
         for part in parts {
-            let own = W::of(number);
-            for (to, corner) in part.ends().into_iter().flatten() {
+            let mut corners = [W::NONE; 2];
+            let ends = part.ends().into_iter().flatten();
+            for (side, (to, corner)) in ends.enumerate() {
+                corners[side] = corner;
+                let own = W::of(end + side as u64);
                 match to {
-                    Some(to) => writer.push(Edge([W::of(part.vertex()), to, own, corner]))?,
-                    None => tips.push(Tip([own, corner]))?,
+                    Some(to) => writer.push(Edge([W::of(part.vertex()), to, own]))?,
+                    None => tips.push(Tip([own]))?,
                 }
             }
-            number += 1;
+            end += 2;
+            let (t, called) = part.at();
+            let number = W::of(nodes.of_triangle(t, called));
+            let [a, b] = corners;
+            heads.push(Head([W::of(part.vertex()), number, a, b]))?;
         }
         Ok(())
     })?;
+    heads.flush()?;
     writer.finish()?;
     edges.finish()
 }
@@ -122,20 +172,21 @@ fn match_ends<W: Index>(
     job: &Job,
     edges: &Buckets<Edge<W>>,
     links: &mut Links<W>,
-    tips: &mut Appender<Tip<W>>,
+    tips: &mut Writer<Tip<W>>,
 ) -> Result<()> {
     let mut sorter = edges.sorter(job.sort_memory(0))?;
-    let tip = |Edge([_, _, part, corner]): Edge<W>| Tip([part, corner]);
+    let part = |Edge([.., end]): Edge<W>| W::of(end.wide() >> 1);
+    let tip = |Edge([.., end]): Edge<W>| Tip([end]);
     // The first two on the edge, until there is a third.
     let mut held: Vec<Edge<W>> = Vec::with_capacity(2);
     let mut many: Option<[W; 2]> = None;
-    let mut close = |held: &mut Vec<Edge<W>>, tips: &mut Appender<Tip<W>>| match held[..] {
-        [a, b] => links.join(a.0[2], b.0[2]),
+    let mut close = |held: &mut Vec<Edge<W>>, tips: &mut Writer<Tip<W>>| match held[..] {
+        [a, b] => links.join(part(a), part(b)),
         _ => held.iter().try_for_each(|&edge| tips.push(tip(edge))),
     };
     edges.sorted_all(&mut sorter, &mut |batch| {
         for &edge in batch {
-            let [v, to, ..] = edge.0;
+            let [v, to, _] = edge.0;
             if many == Some([v, to]) {
                 tips.push(tip(edge))?;
                 continue;
@@ -157,66 +208,59 @@ fn match_ends<W: Index>(
     links.finish()
 }
 
-/// What belongs to each fan.
-fn by_fan<W: Index>(
-    job: &Job,
-    nodes: &Nodes,
-    hubs: &ScratchFile,
-    tips: &ScratchFile,
-    labels: &Labels<W>,
-) -> Result<Buckets<Piece<W>>> {
-    let ws = job.ws;
-    let parts = hubs.len() / size_of::<Part<W>>() as u64;
-    let corners = of_tips(job, parts, tips, labels)?;
-    let ends = tips.len() / size_of::<Tip<W>>() as u64;
-    let plan = job.single_plan(size_of::<Piece<W>>(), labels.components + ends);
-    let fans = 0..labels.components.max(1);
-    let pieces = Shuffle::<Piece<W>>::new(ws, "fans of hubs", fans, plan)?;
-    let mut writer = pieces.writer()?;
-    let mut firsts = Firsts::new(job, labels, parts)?;
-    scratch_items(ws, hubs, 0, hubs.len(), &mut |parts: &[Part<W>]| {
-        for part in parts {
-            if let Some(fan) = firsts.advance()? {
-                let (t, called) = part.at();
-                let number = nodes.of_triangle(t, called);
-                let head = [fan, part.vertex(), number].map(W::of);
-                writer.push(Piece([head[0], head[1], head[2], W::NONE]))?;
-            }
-        }
-        Ok(())
-    })?;
-    let mut at = 0;
-    let _lease = ws.budget.lease("ends of fans", BLOCK as u64)?;
-    let mut block: Vec<W> = Vec::new();
-    scratch_items(ws, tips, 0, tips.len(), &mut |tips: &[Tip<W>]| {
-        block.resize(tips.len(), W::NONE);
-        corners.read_at(bytemuck::cast_slice_mut(&mut block), at)?;
-        at += size_of_val(&block[..]) as u64;
-        for (Tip([_, corner]), &label) in tips.iter().zip(&block) {
-            let fan = W::of(split(label).0);
-            writer.push(Piece([fan, W::NONE, W::NONE, *corner]))?;
-        }
-        Ok(())
-    })?;
-    writer.finish()?;
-    pieces.finish()
+/// The parts in their order, each with its tips.
+struct Walk<'a, 'o, 'g, W: Index> {
+    heads: (&'a ScratchFile, Records<Head<W>>),
+    firsts: Firsts<'a, W>,
+    /// The part whose tips are arriving.
+    part: u64,
+    tips: [bool; 2],
+    out: &'o mut Out<'g, W>,
+    pieces: Writer<'a, Piece<W>>,
 }
 
-/// The labels of the parts of all tips, in their order.
-fn of_tips<W: Index>(
-    job: &Job,
-    parts: u64,
-    tips: &ScratchFile,
-    labels: &Labels<W>,
-) -> Result<ScratchFile> {
-    let asked = job.ws.scratch.file("parts with ends")?;
-    let _lease = job.ws.budget.lease("parts with ends", BLOCK as u64)?;
-    let mut list = Appender::<W>::new(&asked);
-    scratch_items(job.ws, tips, 0, tips.len(), &mut |tips: &[Tip<W>]| {
-        tips.iter().try_for_each(|Tip([part, _])| list.push(*part))
-    })?;
-    list.flush()?;
-    job.labels_of_list(labels, parts, &asked)
+impl<W: Index> Walk<'_, '_, '_, W> {
+    /// The next tip.
+    fn tip(&mut self, end: u64) -> Result<()> {
+        self.go_to(end >> 1)?;
+        self.tips[(end & 1) as usize] = true;
+        Ok(())
+    }
+
+    /// All tips of the parts before `part` have come.
+    fn go_to(&mut self, part: u64) -> Result<()> {
+        while self.part < part {
+            self.close()?;
+        }
+        Ok(())
+    }
+
+    fn close(&mut self) -> Result<()> {
+        let (file, heads) = &mut self.heads;
+        let Some(Head([vertex, number, a, b])) = heads.peek(file)? else {
+            let what = format!("part {} of hubs has no head", self.part);
+            return Err(Error::Internal(what));
+        };
+        heads.take();
+        let (fan, first) = self.firsts.advance()?;
+        let mut piece = |corner| {
+            self.pieces
+                .push(Piece([W::of(fan), vertex, number, corner]))
+        };
+        match std::mem::take(&mut self.tips) {
+            [true, true] => {
+                let (number, ends) = (number.wide(), [a.wide(), b.wide()]);
+                self.out.take(Some(ends), number)?;
+                self.out.share(vertex.wide(), number)?;
+            }
+            [true, false] => piece(a)?,
+            [false, true] => piece(b)?,
+            [false, false] if first => piece(W::NONE)?,
+            [false, false] => {}
+        }
+        self.part += 1;
+        Ok(())
+    }
 }
 
 /// The fan whose pieces are arriving.
@@ -224,7 +268,7 @@ fn of_tips<W: Index>(
 struct Fan {
     fan: Option<u64>,
     /// Vertex and local component.
-    at: Option<(u64, u64)>,
+    at: (u64, u64),
     ends: [u64; 2],
     count: usize,
 }
@@ -235,14 +279,12 @@ impl Fan {
         if self.fan.is_some_and(|own| own != fan) {
             self.close(out)?;
         }
-        self.fan = Some(fan);
-        if piece.0[1] == W::NONE {
+        (self.fan, self.at) = (Some(fan), (vertex, number));
+        if piece.0[3] != W::NONE {
             if let Some(end) = self.ends.get_mut(self.count) {
                 *end = corner;
             }
             self.count += 1;
-        } else {
-            self.at = Some((vertex, number));
         }
         Ok(())
     }
@@ -250,13 +292,13 @@ impl Fan {
     fn close<W: Index>(&mut self, out: &mut Out<W>) -> Result<()> {
         let Fan {
             fan,
-            at,
+            at: (vertex, number),
             ends,
             count,
         } = std::mem::take(self);
-        match (fan, at, count) {
-            (None, ..) => Ok(()),
-            (_, Some((vertex, number)), 0 | 2) => {
+        match (fan, count) {
+            (None, _) => Ok(()),
+            (_, 0 | 2) => {
                 out.take((count == 2).then_some(ends), number)?;
                 out.share(vertex, number)
             }

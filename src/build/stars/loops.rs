@@ -40,7 +40,7 @@ pub fn loops<W: Index>(job: &Job, gathered: &Gathered) -> Result<()> {
     let mut loops = Appender::new(&gathered.loops);
     scratch_items(ws, opens, 0, opens.len(), &mut |fans: &[Open<W>]| {
         for Open([_, _, number]) in fans {
-            if firsts.advance()?.is_some() {
+            if firsts.advance()?.1 {
                 loops.push(*number)?;
             }
         }

@@ -167,6 +167,7 @@ impl<W: Index> Starred<W> {
             shared: early,
             valences,
         } = left;
+        candidates(job, trios, &twins)?;
         let mut gathered = Gathered::new(job.ws, valences)?;
         gather(job, nodes, &parts, &mut gathered)?;
         drop(parts);
@@ -174,7 +175,6 @@ impl<W: Index> Starred<W> {
         drop(early);
         hubs::<W>(job, nodes, &gathered)?;
         loops::<W>(job, &gathered)?;
-        candidates(job, trios, &twins)?;
         let Gathered {
             rings,
             loops,

@@ -68,8 +68,8 @@ pub fn sets<W: Index>(job: &Job, nodes: u64, links: &ScratchFile) -> Result<Labe
     graph.labels(job.ws, size)
 }
 
-/// Tells, for nodes in ascending order, which are the first of their sets: sets are numbered by
-/// their smallest nodes.
+/// Tells, for nodes in ascending order, their sets and which are the first of them: sets are
+/// numbered by their smallest nodes.
 pub struct Firsts<'a, W> {
     range: LabelRange<'a, W>,
     node: u64,
@@ -94,11 +94,11 @@ impl<'a, W: Index> Firsts<'a, W> {
         })
     }
 
-    /// The set of the next node, when it is its first.
+    /// The set of the next node, and whether it is its first.
     ///
     /// # Errors
     /// [`crate::Error::Io`].
-    pub fn advance(&mut self) -> Result<Option<u64>> {
+    pub fn advance(&mut self) -> Result<(u64, bool)> {
         let first = self.node / Self::READ * Self::READ;
         self.range
             .load(first..(first + Self::READ).min(self.nodes))?;
@@ -106,6 +106,6 @@ impl<'a, W: Index> Firsts<'a, W> {
         self.node += 1;
         let new = set == self.sets;
         self.sets += u64::from(new);
-        Ok(new.then_some(set))
+        Ok((set, new))
     }
 }

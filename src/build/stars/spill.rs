@@ -78,6 +78,11 @@ impl<W: Index> Spilled<W> {
         self.thread_bytes
     }
 
+    /// Parts that threads have handed in.
+    pub fn parts(&self) -> u64 {
+        self.parts.records()
+    }
+
     /// All threads have finished.
     ///
     /// # Errors
