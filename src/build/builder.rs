@@ -5,7 +5,8 @@ use super::identity::Inputs;
 use super::pipeline::{BuildReport, Wishes, check_width, run, settle_in};
 use super::plan::{Strategy, check_least};
 use super::predict::{Prediction, Sizes};
-use super::room::check_before;
+use super::room::{check_before, note_tight, room_for};
+use super::sample::Nature;
 use super::staging::{Former, Staging};
 use super::steps::{Identity, Opened, STATE, Steps};
 use crate::chunk::pair::MAX_CHUNK;
@@ -301,8 +302,13 @@ impl Builder {
             None => {
                 let ws = clock.workspace();
                 // What is wrong with the input is told by the build itself.
-                if let Ok(told) = self.predict(staging.path()) {
+                if let Ok(told) = self.counted(staging.path()) {
                     check_before(&told, &ws.scratch, staging.path())?;
+                    // A look is worth its time only where it can tell something.
+                    let few = told.most_scratch <= room_for(&ws.scratch);
+                    if let (false, Ok(told)) = (few, self.looked(told)) {
+                        note_tight(&told, ws);
+                    }
                 }
                 let mesh = clock.pass("read", "bytes", 0, || input::open(ws, &request))?;
                 settle_in(&mut clock, mesh, &wishes, staging.path())?
@@ -349,6 +355,11 @@ impl Builder {
     /// [`crate::Error::Usage`] for contradictory options, standard input and pipes; [`crate::Error::Input`]
     /// for what the first look shows to be no mesh; [`crate::Error::Io`].
     pub fn predict(&self, output: &Path) -> Result<Prediction> {
+        self.looked(self.counted(output)?)
+    }
+
+    /// What the counts tell.
+    fn counted(&self, output: &Path) -> Result<Prediction> {
         let mut request = self.request.clone();
         request.wide = self.index == Index::U8;
         let survey = input::survey(&request)?;
@@ -365,6 +376,15 @@ impl Builder {
             buckets: self.buckets,
         };
         Prediction::new(survey, &sizes, output.symlink_metadata().is_ok())
+    }
+
+    /// With what some triangles tell, where they can be looked at.
+    fn looked(&self, mut told: Prediction) -> Result<Prediction> {
+        if let Some(mut look) = input::Look::at(&self.request)? {
+            let (vertices, chunk) = (told.shape.vertices, told.plan.chunk);
+            told.expect(Nature::of(&mut look, vertices, chunk)?);
+        }
+        Ok(told)
     }
 
     fn workspace(&self, staging: &mut Staging, named: bool) -> Result<Workspace> {

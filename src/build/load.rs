@@ -2,8 +2,8 @@
 //! so what each pass reads and writes and what lies in scratch at once.
 //!
 //! Why it holds: every width is taken from the record's own type, and what is alive together
-//! follows from the order of the passes. What is only bounded is the number of records, by
-//! the two orders that [`predict`](super::predict) describes.
+//! follows from the order of the passes. What is only guessed is the number of records, from
+//! the [nature](super::sample) of the mesh.
 //!
 //! Memory: none. I/O: none.
 
@@ -11,9 +11,12 @@ use super::asked::asked;
 use super::cells::CellPlan;
 use super::cells::records::{NodeCount, NodeMeasure};
 use super::chunked::table_bytes;
+use super::crowd::Crowd;
 use super::fill::SPAN;
+use super::piece::Piece;
 use super::plan::{Plan, Shape};
 use super::records::{EdgeCorner, Link, LocalCount, MeasureRecord, Patch};
+use super::sample::{Nature, Rim};
 use super::stars::records::Part;
 use super::way::{Kind, fitting, helpful};
 use crate::disk::IoCount;
@@ -35,19 +38,9 @@ pub struct PassPrediction {
     pub io: IoCount,
 }
 
-/// Local components that so many chunks leave: of a strip, one and some at its ends.
-fn locals(shape: &Shape, plan: &Plan, worst: bool) -> u64 {
-    let few = 16 * plan.chunks(shape.triangles);
-    if worst {
-        shape.triangles
-    } else {
-        few.min(shape.triangles)
-    }
-}
-
 /// The most scratch space at once, but for V, of a mesh in random order that goes through cells;
 /// `None` when it goes in file order.
-fn through_cells(shape: &Shape, plan: &Plan, memory: u64) -> Option<u64> {
+fn through_cells(shape: &Shape, plan: &Plan, memory: u64, nature: &Nature) -> Option<u64> {
     let kind = fitting(shape, plan, memory).filter(|_| helpful(shape, plan))?;
     let cells = CellPlan::new(shape, memory, kind == Kind::Place, plan.buckets);
     let (t, w) = (shape.triangles, shape.record());
@@ -57,8 +50,13 @@ fn through_cells(shape: &Shape, plan: &Plan, memory: u64) -> Option<u64> {
         _ => 0,
     };
     // Patches of a surface have borders like discs; ranges of random ids have nothing else.
+    // What a surface is expected to have is a quarter of what any may have.
+    let (long, nodes) = match nature.looked {
+        0 => (8, t / 32),
+        _ => (2, 8 * cells.cells),
+    };
     let (parted, nodes) = match kind {
-        Kind::Place => ((t * 8 / (t / cells.cells).isqrt().max(1)).min(t), t / 32),
+        Kind::Place => ((t * long / (t / cells.cells).isqrt().max(1)).min(t), nodes),
         Kind::Id => (t, t),
     };
     // A triangle need not be parted to have a vertex elsewhere.
@@ -75,22 +73,30 @@ fn through_cells(shape: &Shape, plan: &Plan, memory: u64) -> Option<u64> {
     } else {
         0
     };
+    let crowd = Crowd::new(shape, nature).beside(5 * w * t);
     let told =
         5 * w * t + (6 * parted + 8 * parts) * w + nodes * counted as u64 + 5 * w * unmeasured;
     let asked = 3 * unmeasured * asked(w, shape.coord).iter().sum::<u64>();
     let rest = tail(dealt, shape.threads, plan.writer);
-    Some((dealt + spots).max(told + rest.max(asked)))
+    Some((dealt + spots).max(told + rest.max(asked)).max(crowd))
 }
 
 /// How many records the passes of a build hand to each other, and how wide they are.
 pub struct Load {
     shape: Shape,
     plan: Plan,
+    nature: Nature,
     chunks: u64,
     /// Bytes of an id in a record.
     width: u64,
     /// Corners spilled by the chunks.
     spilled: u64,
+    /// Components of one triangle.
+    single: u64,
+    /// Parts of fans.
+    parts: u64,
+    /// Triangles that may have twins.
+    twins: u64,
     /// Local components.
     locals: u64,
     /// True when their labels do not fit in memory.
@@ -109,19 +115,31 @@ pub struct Load {
 }
 
 impl Load {
-    /// The load of a surveyed mesh under a plan, coherent or in the worst order.
-    pub fn new(survey: &Survey, shape: Shape, plan: Plan, memory: u64, worst: bool) -> Load {
+    /// The load of a surveyed mesh of this nature under a plan.
+    pub fn new(survey: &Survey, shape: Shape, plan: Plan, memory: u64, nature: Nature) -> Load {
         let (t, n) = (shape.triangles, shape.vertices);
         let chunks = plan.chunks(t);
-        // Two corners on each edge of a border as long as a strip's. When ids share the bits of
-        // the scan, nearly every vertex counts as one between chunks.
-        let strip = 4 * t.isqrt();
-        let spilled = if worst || plan.bits < n {
+        let part = |share: f64| (share * t as f64) as u64;
+        let own = nature.rim(plan.chunk);
+        let rim = if chunks < 2 { Rim::default() } else { own };
+        let all = |of_chunk: f64, most: u64| ((chunks as f64 * of_chunk) as u64).min(most);
+        // When ids share the bits of the scan, nearly every vertex counts as one between chunks.
+        let spilled = if plan.bits < n {
             3 * t
-        } else if chunks < 2 {
-            0
         } else {
-            (chunks * strip).min(3 * t)
+            all(rim.corners, 3 * t)
+        };
+        let scattered = spilled == 3 * t;
+        let of = |of_chunk, most| if scattered { most } else { all(of_chunk, most) };
+        // What shares nothing with others is a component.
+        let isolated = own.vertices <= nature.hubs.number as f64;
+        let locals = match chunks < 2 && !isolated {
+            true => (16 + part(nature.hubs.knotted)).min(t),
+            false => of(own.locals, t),
+        };
+        let single = match isolated {
+            true => locals,
+            false => part(nature.hubs.knotted),
         };
         let v = t * survey.v_row;
         let g = 3 * n * shape.coord;
@@ -133,28 +151,37 @@ impl Load {
             wide: survey.v_row == 24,
             indexed: survey.rows.map(|[v, g]| [v * t, g * n]),
             decoded: !matches!(survey.format, Format::Npy | Format::Raw),
-            worst,
+            worst: nature.scattered,
         };
-        let (width, locals) = (shape.record(), locals(&shape, &plan, worst));
+        let width = shape.record();
         let labels = shape.fits_labels(&plan, locals, width, table_bytes(chunks));
+        let held = if labels > memory { 0 } else { locals * width } + n / 8;
+        let cells = |memory| through_cells(&shape, &plan, memory, &nature);
+        // Rims are shared by two chunks.
+        let seams = (all(rim.vertices, 2 * n) / 2).max(nature.hubs.number);
+        let to_cells = nature.scattered || chunks > 1 && 3 * seams > n;
         Load {
-            shape,
-            plan,
             chunks,
             width,
             spilled,
+            single,
+            parts: of(rim.parts, 3 * t),
+            twins: of(rim.twins, t),
             locals,
             contracts: labels > memory,
-            deferred: match (worst, chunks) {
-                // Chunks, writers and bits leave a quarter, in which G may be mapped whole.
-                _ if g + n / 4 <= memory / 4 => 0,
-                (true, _) => t,
-                (false, 0 | 1) => 0,
-                (false, _) => (plan.chunk + strip).min(t),
+            deferred: match chunks {
+                // When they are measured, labels are held, and half of the rest may map G whole.
+                _ if g <= (memory / 16 * 15).saturating_sub(held) / 2 => 0,
+                _ if nature.scattered => t,
+                0 | 1 => part(nature.far),
+                // The chunk where the surface closes names vertices far apart.
+                _ => part(nature.far)
+                    .max(plan.chunk + rim.vertices as u64)
+                    .min(t),
             },
-            cells: through_cells(&shape, &plan, memory).filter(|_| worst),
+            cells: cells(memory).filter(|_| to_cells),
             // What the build holds all the time is not known here to the byte.
-            surely: through_cells(&shape, &plan, memory / 8 * 7).is_some(),
+            surely: cells(memory / 8 * 7).is_some(),
             v: [v, if survey.decoded { v } else { 0 }],
             g,
             weld: if survey.welded {
@@ -162,6 +189,9 @@ impl Load {
             } else {
                 WeldCost::default()
             },
+            shape,
+            plan,
+            nature,
         }
     }
 
@@ -176,38 +206,20 @@ impl Load {
         ]
     }
 
-    /// True when nothing is settled in chunks.
-    fn scattered(&self) -> bool {
-        self.spilled == 3 * self.shape.triangles
-    }
-
-    /// Parts of fans: all corners in the worst order; else one on either side of each vertex
-    /// between strips, which are taken to be twice as long as they are for the edges there.
-    fn parts(&self) -> u64 {
-        if self.scattered() {
-            self.spilled
-        } else {
-            self.spilled / 2
-        }
-    }
-
     /// Bytes of the parts, and of the triangles that may have twins.
     fn stars(&self) -> u64 {
         if !self.shape.measures {
             return 0;
         }
         let parts = size_of::<Part<u32>>() as u64 / 4 * self.width;
-        let candidates = if self.scattered() {
-            self.shape.triangles
-        } else {
-            0
-        };
-        self.parts() * parts + candidates * 4 * self.width
+        self.parts * parts + self.twins * 4 * self.width
     }
 
     /// Bytes of what the chunks know of their local components.
     fn known(&self) -> [u64; 2] {
         let measured = self.shape.coord > 0 && self.deferred < self.shape.triangles.max(1);
+        // Chunks of crowds do not measure.
+        let measured = measured && 16 * self.locals < self.shape.triangles + 128 * self.chunks;
         [
             self.locals * size_of::<LocalCount>() as u64,
             u64::from(measured) * self.locals * size_of::<MeasureRecord>() as u64,
@@ -231,9 +243,14 @@ impl Load {
         let [corners, opposites, links] = self.seams();
         let seams = held + self.stars() + corners.max(opposites + links) + rest(corners);
         let mut most = self.weld.scratch.max(seams);
+        let mut crowd = Crowd::new(&self.shape, &self.nature);
+        crowd.single = self.single;
+        let settled = held + opposites + 2 * self.width * crowd.cuts;
+        most = most.max(settled + crowd.sums());
         if self.deferred > 0 {
             let [asks, answers] = self.asked();
-            most = most.max(held + opposites + links + asks.max(answers) + rest(asks));
+            let pieces = self.single * size_of::<Piece>() as u64;
+            most = most.max(settled + pieces + asks.max(answers) + rest(asks));
         }
         if self.contracts {
             most = most.max(held + opposites + links + links + self.contracted());
@@ -321,7 +338,7 @@ impl Load {
         pass("chunks", "triangles", t, v + self.g + summed, written);
         pass("seams", "corners", self.spilled, corners, opposites + links);
         if self.shape.measures {
-            pass("stars", "parts of fans", self.parts(), self.stars(), 0);
+            pass("stars", "parts of fans", self.parts, self.stars(), 0);
         }
         pass("stitch", "links", self.spilled / 2, links + counts, 0);
         let table = DATA_START + row_type(self.shape.measures).1;

@@ -1,16 +1,20 @@
-//! What a build will take: memory, scratch space, output and passes, from counts alone.
+//! What a build will take: memory, scratch space, output and passes, from counts, and from the
+//! nature of the mesh where some triangles told it.
 //!
 //! Why it can be known: the folder's arrays follow from T and N; what the passes hand to each
 //! other are records of fixed widths, so only their numbers are open. Those depend on the order
-//! of the triangles, for which two answers are given:
+//! of the triangles, and on vertices and edges that a great part of them share: the
+//! [nature](super::sample) of the mesh. Answers are given for the nature that some of its triangles
+//! showed, and for three that bound it:
 //!
 //! - **coherent**: consecutive triangles are near on the surface, so that a chunk is a patch, or
 //!   a strip as wide as the mesh: few corners are spilled. Where the surface closes, a strip
 //!   names vertices far apart in G. One component, nothing to turn, no culprits.
 //! - **the worst order**: triangles and ids at random. Every corner is spilled, every triangle
 //!   is a local component, and coordinates come to the corners through two sorts. Still few
-//!   components, and no vertex of many thousand triangles: millions of components send their sums
-//!   through scratch as well, and parts of fans at such a vertex are sorted once more.
+//!   components.
+//! - **any mesh**: crowds in the worst order, around a vertex or all the same, so that every corner is
+//!   sorted once more by its hub, or every triangle is a component.
 //!
 //! Memory: none. I/O: none.
 
@@ -18,6 +22,7 @@ use super::chunked::table_bytes;
 use super::load::{Load, PassPrediction};
 use super::phases::{Phase, phases};
 use super::plan::{Plan, Shape};
+use super::sample::Nature;
 use crate::error::{Error, Result};
 use crate::folder::npy::DATA_START;
 use crate::folder::{self, BLOCK, EDGE_DESCR, FileEntry};
@@ -51,10 +56,17 @@ pub struct Prediction {
     pub arrays: Vec<FileEntry>,
     /// Bytes of the finished folder: the arrays, and the manifest about.
     pub output: u64,
+    /// The most scratch space at once that is expected of this mesh, in bytes: by what some of its
+    /// triangles tell, where they could be looked at, else as if it were coherent.
+    pub expected_scratch: u64,
+    /// Triangles that were looked at; none in texts and polygons.
+    pub looked_at: u64,
     /// The most scratch space at once for a coherent mesh, in bytes.
     pub scratch: u64,
     /// The most scratch space at once for the worst order, in bytes.
     pub worst_scratch: u64,
+    /// The most scratch space at once for any mesh of these counts, in bytes.
+    pub most_scratch: u64,
     /// The passes in order, for a coherent mesh.
     pub passes: Vec<PassPrediction>,
     /// True when the output is there already, so that a build needs `--force`.
@@ -103,8 +115,11 @@ impl Prediction {
         let arrays = arrays(&shape);
         let checksums: u64 = arrays.iter().map(|a| a.bytes.div_ceil(BLOCK)).sum();
         let data: u64 = arrays.iter().map(|a| a.bytes).sum();
-        let coherent = Load::new(&survey, shape, plan, sizes.memory.max(least), false);
-        let worst = Load::new(&survey, shape, plan, sizes.memory.max(least), true);
+        let memory = sizes.memory.max(least);
+        let load = |nature| Load::new(&survey, shape, plan, memory, nature);
+        let coherent = load(Nature::coherent(triangles));
+        let worst = load(Nature::random()).scratch();
+        let crowds = [false, true].map(|knotted| load(Nature::crowd(knotted)).scratch());
         let manifest = MANIFEST_BYTES + CHECKSUM_LINE * checksums;
         Ok(Prediction {
             memory: sizes.memory,
@@ -113,14 +128,25 @@ impl Prediction {
             phases: phases(&shape, &plan, sizes.memory.max(least)),
             plan,
             output: data + manifest,
+            expected_scratch: coherent.scratch(),
+            looked_at: 0,
             scratch: coherent.scratch(),
-            worst_scratch: worst.scratch(),
+            worst_scratch: worst,
+            // What chunks, cells and sorts hold besides is not known to the byte.
+            most_scratch: crowds.into_iter().fold(worst, u64::max) / 4 * 5,
             passes: coherent.passes(&survey, data, manifest),
             arrays,
             survey,
             shape,
             exists,
         })
+    }
+
+    /// Expects what a mesh of this nature takes.
+    pub fn expect(&mut self, nature: Nature) {
+        let memory = self.memory.max(self.least_memory);
+        let load = Load::new(&self.survey, self.shape, self.plan, memory, nature);
+        (self.expected_scratch, self.looked_at) = (load.scratch(), nature.looked);
     }
 
     /// Holds the budget to the least.

@@ -12,7 +12,7 @@ use super::Job;
 use super::plan::Shape;
 use super::predict::{Prediction, arrays};
 use super::way::Way;
-use crate::disk::{Scratch, space};
+use crate::disk::{Scratch, Workspace, space};
 use crate::error::{Error, Result};
 use std::io::ErrorKind;
 use std::path::Path;
@@ -93,6 +93,27 @@ fn check(certain: Certain, scratch: &Scratch, dir: &Path) -> Result<()> {
         return Err(full(scratch.first_dir(), what, need, free));
     }
     Ok(())
+}
+
+/// Bytes of scratch that there is room for now, as far as the system tells.
+pub fn room_for(scratch: &Scratch) -> u64 {
+    let rooms = scratch.dirs().iter().map(|dir| space::room(dir));
+    let free = rooms.fold(0, |sum: u64, room| {
+        sum.saturating_add(room.map_or(u64::MAX, |room| room.free))
+    });
+    free.min(scratch.limit())
+}
+
+/// Says so when more scratch is expected than there is room for. That is no refusal: what is
+/// expected is not certain.
+pub fn note_tight(told: &Prediction, ws: &Workspace) {
+    let (expected, room) = (told.expected_scratch, room_for(&ws.scratch));
+    if expected > room {
+        ws.progress.note(&format!(
+            "about {expected} bytes of scratch are expected, and there is room for {room}; \
+             --dry-run tells more, and --tmp adds another folder"
+        ));
+    }
 }
 
 fn full(dir: &Path, what: &str, need: u64, free: u64) -> Error {

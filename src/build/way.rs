@@ -15,9 +15,9 @@ use crate::corner::Index;
 use crate::error::{Error, Result};
 
 /// Triangles of a block that is looked at.
-const BLOCK: u64 = 64 << 10;
+pub const BLOCK: u64 = 64 << 10;
 /// Blocks that are looked at.
-const BLOCKS: u64 = 4;
+pub const BLOCKS: u64 = 4;
 
 /// No machine has more memory.
 const MOST_MEMORY: u64 = 1 << 50;

@@ -10,6 +10,7 @@
 
 pub mod arrays;
 mod keep;
+mod look;
 mod number;
 mod obj;
 mod off;
@@ -25,6 +26,7 @@ pub(crate) mod testing;
 pub mod text;
 mod weld;
 
+pub use look::Look;
 pub use open::open;
 pub use survey::{Survey, closed_vertices, survey};
 pub use weld::{WeldCost, WeldSize};

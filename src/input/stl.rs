@@ -29,9 +29,9 @@ use crate::error::{Error, Result};
 use crate::folder::{InputDigest, InputEntry};
 
 /// Bytes before the first facet of a binary file.
-const HEAD: u64 = 84;
+pub(super) const HEAD: u64 = 84;
 /// Bytes of a facet of a binary file.
-const FACET: usize = 50;
+pub(super) const FACET: usize = 50;
 /// Bytes of a facet of a text, about: for planning only.
 const TEXT_FACET: u64 = 200;
 /// Bytes of a facet of a text, at least: its words and nine digits, each with a blank.

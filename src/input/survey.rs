@@ -74,7 +74,7 @@ pub fn survey(request: &Request) -> Result<Survey> {
 }
 
 /// Enough for a reader with a whole buffer. Its scratch space is never asked for a file.
-fn workspace() -> Result<Workspace> {
+pub(super) fn workspace() -> Result<Workspace> {
     let io = Arc::new(Counters::default());
     Ok(Workspace {
         budget: Budget::new(16 << 20),

@@ -62,10 +62,16 @@ pub struct Memory {
 /// Scratch space in bytes, at most at once.
 #[derive(Clone, Debug, Serialize)]
 pub struct Scratch {
+    /// For this mesh, as far as it was looked at.
+    pub expected: u64,
+    /// Triangles that were looked at.
+    pub looked_at: u64,
     /// For a coherent mesh.
     pub coherent: u64,
     /// For triangles and vertices in random order.
     pub worst_order: u64,
+    /// For any mesh of these counts.
+    pub most: u64,
 }
 
 /// The finished folder.
@@ -141,8 +147,11 @@ pub fn predicted(p: &Prediction) -> Predicted {
         chunk_triangles: p.plan.chunk,
         threads: p.shape.threads,
         scratch: Scratch {
+            expected: p.expected_scratch,
+            looked_at: p.looked_at,
             coherent: p.scratch,
             worst_order: p.worst_scratch,
+            most: p.most_scratch,
         },
         output: Output {
             bytes: p.output,
@@ -218,13 +227,20 @@ fn sizes(out: &mut String, p: &Predicted) {
     row("  least", p.memory.least, "whatever the order");
     let labels = "keeps labels in memory, in random order too";
     row("  labels", p.memory.labels, labels);
-    let coherent = "at most about, when triangles near in the file are near on the surface";
-    row("scratch", p.scratch.coherent, coherent);
+    let looked = match p.scratch.looked_at {
+        0 => "without a look at the triangles, which lie in a text or among polygons".to_owned(),
+        n => format!("expected, after a look at {} triangles", grouped(n)),
+    };
+    row("scratch", p.scratch.expected, &looked);
+    let coherent = "when triangles near in the file are near on the surface";
+    row("  coherent", p.scratch.coherent, coherent);
     row(
         "  worst order",
         p.scratch.worst_order,
-        "in random order; edges and vertices with a great part of all triangles take more",
+        "when they are in random order",
     );
+    let most = "for any mesh, such as one whose triangles are all on one edge";
+    row("  most", p.scratch.most, most);
     let exists = if p.output.exists {
         "one component, no culprits; the name is taken: --force would replace it"
     } else {

@@ -9,9 +9,11 @@
 
 use super::{Encoding, Outline, Plan, Scalar, Step};
 use crate::error::Result;
+use crate::input::look::{Corner, Rows};
 use crate::input::reader::ByteReader;
 use crate::input::sample::{Sample, words};
 use crate::input::survey::{Counted, refuse_beyond};
+use crate::input::{Endian, IndexKind};
 
 /// Counts the mesh that the reader is at the beginning of, in a file of `length` bytes.
 ///
@@ -46,6 +48,54 @@ pub fn count(mut reader: ByteReader, length: u64) -> Result<Counted> {
         coords: outline.kind,
         exact,
     })
+}
+
+/// Where the triangles of a file lie, when it is binary and they lie at a fixed distance.
+///
+/// # Errors
+/// As [`count`].
+pub(in crate::input) fn rows(mut reader: ByteReader) -> Result<Option<Rows>> {
+    let outline = Outline::read(&mut reader)?;
+    let endian = match outline.header.encoding {
+        Encoding::Ascii => return Ok(None),
+        Encoding::Big => Endian::Big,
+        Encoding::Little => Endian::Little,
+    };
+    let mut at = reader.offset();
+    for plan in &outline.plans {
+        // The fixed bytes of a row, and those of them before its face.
+        let (mut row, mut face) = (0, None);
+        for step in &plan.steps {
+            match *step {
+                Step::Skip(one) | Step::Coord(_, one) => row += one.bytes() as u64,
+                Step::Face { count, item } if face.is_none() => {
+                    face = Some((row + count.bytes() as u64, item));
+                    row += (count.bytes() + 3 * item.bytes()) as u64;
+                }
+                _ => return Ok(None),
+            }
+        }
+        let Some((before, item)) = face else {
+            at = at.saturating_add(plan.rows.saturating_mul(row));
+            continue;
+        };
+        let kind = match item.bytes() {
+            4 => IndexKind::U4,
+            8 => IndexKind::U8,
+            _ => return Ok(None),
+        };
+        let end = at.saturating_add(plan.rows.saturating_mul(row));
+        // Polygons would make the file longer.
+        let last = reader.length() == Some(end);
+        return Ok(last.then_some(Rows {
+            at,
+            row,
+            before,
+            triangles: plan.rows,
+            corner: Corner::Id(kind, endian),
+        }));
+    }
+    Ok(None)
 }
 
 /// Bytes that a value takes at least; in a text a digit and a blank.

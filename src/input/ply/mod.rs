@@ -33,6 +33,7 @@ use super::{CoordKind, Mesh, Request};
 use crate::disk::Workspace;
 use crate::error::{Error, Result};
 pub use count::count;
+pub(super) use count::rows;
 use header::{Element, Encoding, Header, Scalar, Shape};
 use std::path::Path;
 
