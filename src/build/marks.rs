@@ -5,7 +5,7 @@
 //! a mark is a word and a number where a sum is many. Sorted by component they lie in a file, and
 //! are taken up where the sums of the component are.
 //!
-//! Memory: a table of [`SLOT`] bytes a slot, a writer, later a block. I/O: 2 words for each number
+//! Memory: a table of `SLOT` bytes a slot, a writer, later a block. I/O: 2 words for each number
 //! that leaves the table, written and read twice.
 
 use super::appender::{Appender, BLOCK, Records};
