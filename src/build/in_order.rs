@@ -238,6 +238,8 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
         };
         let aside = match applied(aside.as_ref()) {
             Err(e) if aside.is_some() && e.is_no_room() => {
+                // What was put aside so far takes the room that is wanted.
+                drop(aside);
                 steps.back(ws, job.opened)?;
                 applied(None)?;
                 None

@@ -97,10 +97,16 @@ fn check(certain: Certain, scratch: &Scratch, dir: &Path) -> Result<()> {
 
 /// Bytes of scratch that there is room for now, as far as the system tells.
 pub fn room_for(scratch: &Scratch) -> u64 {
-    let rooms = scratch.dirs().iter().map(|dir| space::room(dir));
-    let free = rooms.fold(0, |sum: u64, room| {
-        sum.saturating_add(room.map_or(u64::MAX, |room| room.free))
-    });
+    let mut rooms: Vec<space::Room> = Vec::new();
+    for dir in scratch.dirs() {
+        let Some(room) = space::room(dir) else {
+            return scratch.limit();
+        };
+        if rooms.iter().all(|r| r.device != room.device) {
+            rooms.push(room);
+        }
+    }
+    let free = rooms.iter().fold(0u64, |sum, r| sum.saturating_add(r.free));
     free.min(scratch.limit())
 }
 

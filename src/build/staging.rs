@@ -22,7 +22,7 @@ use super::working::{ROOMS, STATE, discard_rooms, joined, parent, room_name, roo
 use crate::disk::{Fleeting, Lock, Tried, discard, discard_dead, fs, go_on};
 use crate::error::{Error, Result};
 use crate::folder;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// The folder that will be the target.
@@ -184,7 +184,12 @@ impl Staging {
         }
         let list = self.work.join(ROOMS);
         if !self.state().is_file() {
-            fs::write(&list, &joined(&rooms)).map_err(|e| Error::io(&list, "write it", e))?;
+            // On the device before any state: a state without it would be that of another --tmp.
+            let written = fs::create(&list).and_then(|mut file| {
+                file.write_all(&joined(&rooms))?;
+                file.sync()
+            });
+            written.map_err(|e| Error::io(&list, "write it", e))?;
         } else if was != rooms {
             return Err(Error::Usage(
                 "the build that was stopped cannot be resumed: --tmp was another; give what was \
@@ -197,6 +202,7 @@ impl Staging {
                 Tried::Taken(lock) => lock,
                 Tried::Held(by) => return Err(at_work(&self.target, by)),
             };
+            sync_dir(parent(&room))?;
             self.fleeting.push(Fleeting::unless(&room, &self.state()));
             self.rooms.push((room, lock));
         }

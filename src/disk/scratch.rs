@@ -192,7 +192,8 @@ impl Scratch {
         for named in before.iter().filter(|named| !still(named)) {
             let mut fate = named.fate();
             fate.pinned = false;
-            if let Some(held) = fate.dropped {
+            // Taken: a file that is pinned twice is given back once.
+            if let Some(held) = fate.dropped.take() {
                 // Best effort: what stays is removed with its folder.
                 let _ = fs::remove_file(&named.path);
                 self.0.used.fetch_sub(held, Ordering::Relaxed);

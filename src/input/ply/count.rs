@@ -15,6 +15,9 @@ use crate::input::sample::{Sample, words};
 use crate::input::survey::{Counted, refuse_beyond};
 use crate::input::{Endian, IndexKind};
 
+/// Rows wider than this, in bytes, are not looked at: many are read at once.
+const WIDEST: u64 = 128;
+
 /// Counts the mesh that the reader is at the beginning of, in a file of `length` bytes.
 ///
 /// # Errors
@@ -79,6 +82,9 @@ pub(in crate::input) fn rows(mut reader: ByteReader) -> Result<Option<Rows>> {
             at = at.saturating_add(plan.rows.saturating_mul(row));
             continue;
         };
+        if row > WIDEST {
+            return Ok(None);
+        }
         let kind = match item.bytes() {
             4 => IndexKind::U4,
             8 => IndexKind::U8,
