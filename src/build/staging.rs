@@ -202,9 +202,11 @@ impl Staging {
                 Tried::Taken(lock) => lock,
                 Tried::Held(by) => return Err(at_work(&self.target, by)),
             };
-            sync_dir(parent(&room))?;
             self.fleeting.push(Fleeting::unless(&room, &self.state()));
+            let above = parent(&room).to_owned();
+            // Ours from here on, so that it goes with an error.
             self.rooms.push((room, lock));
+            sync_dir(&above)?;
         }
         let rooms: Vec<PathBuf> = self.rooms.iter().map(|(room, _)| room.clone()).collect();
         if !self.state().is_file() {
