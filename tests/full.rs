@@ -82,7 +82,7 @@ impl Inputs {
                 "o.ct",
             ),
             (
-                words("build @m.ply --memory=3MiB --strategy=by-place"),
+                words("build @m.ply --memory=4MiB --strategy=by-place"),
                 "o.ct",
             ),
             (words("export @m.ct"), "o.ply"),
