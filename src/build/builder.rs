@@ -305,8 +305,8 @@ impl Builder {
                 if let Ok(told) = self.counted(staging.path()) {
                     check_before(&told, &ws.scratch, staging.path())?;
                     // A look is worth its time only where it can tell something.
-                    let few = told.most_scratch <= room_for(&ws.scratch);
-                    if let (false, Ok(told)) = (few, self.looked(told)) {
+                    let tight = told.most_scratch > room_for(&ws.scratch);
+                    if tight && let Ok(told) = self.looked(told) {
                         note_tight(&told, ws);
                     }
                 }
