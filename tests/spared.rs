@@ -278,6 +278,22 @@ fn an_input_that_changes_while_it_is_read_gives_no_folder() {
     .expect(0);
 }
 
+#[test]
+fn an_input_that_was_decoded_may_go() {
+    let place = Place::new();
+    let mesh = place.path("m.obj");
+    let victim = mesh.clone();
+    let change = Box::new(move || fs::remove_file(victim).expect("it is removed"));
+    let progress = Changes {
+        when: "checksums",
+        change: Mutex::new(Some(change)),
+    };
+    let out = place.path("late.ct");
+    let built = Builder::new(&mesh).progress(Arc::new(progress)).build(&out);
+    built.expect("a build of what was read");
+    assert!(!mesh.exists() && out.join("manifest.json").exists());
+}
+
 fn work_of(out: &Path) -> PathBuf {
     let name = out.file_name().expect("a name").to_string_lossy();
     out.with_file_name(format!(".{name}.partial"))

@@ -311,7 +311,9 @@ impl Builder {
                     }
                 }
                 let mesh = clock.pass("read", "bytes", 0, || input::open(ws, &request))?;
-                settle_in(&mut clock, mesh, &wishes, staging.path())?
+                let opened = settle_in(&mut clock, mesh, &wishes, staging.path())?;
+                inputs.check(&clock.workspace().io)?;
+                opened
             }
         };
         run(clock, &opened, &wishes, inputs, staging)

@@ -5,8 +5,9 @@
 //! what was replaced by another of the same size with its time set back, nearly always; and what
 //! they miss the digest of the finished folder still tells.
 //!
-//! The same is asked again before the finished folder gets its name: an array that was changed
-//! while it was mapped would have given a folder that is right for no input.
+//! The same is asked again when the input was read, and for arrays that are used where they lie
+//! before the finished folder gets its name: what was changed meanwhile would have given a folder
+//! that is right for no input.
 //!
 //! Memory: a sample. I/O: 64 samples of 4 KiB of each file.
 
