@@ -5,7 +5,7 @@
 use cornermill::CornerTable;
 use cornermill::build::{Builder, IndexChoice};
 use cornermill::codec::decode::decode;
-use cornermill::codec::file::Packed;
+use cornermill::codec::packed::Packed;
 use cornermill::disk::{Budget, Counters, NoProgress, Scratch, Workers, Workspace};
 use cornermill::folder::{self, Folder, Manifest, Orient, VERSION};
 use cornermill::input::CoordKind;

@@ -7,14 +7,17 @@ use super::progress;
 use super::work::WorkArgs;
 use super::{Outcome, print};
 use crate::build::{Builder, parent};
-use crate::codec::decode::{decode, decode_some};
-use crate::codec::file::{Entry, Packed};
+use crate::codec::decode::decode;
+use crate::codec::file::Entry;
+use crate::codec::packed::Packed;
+use crate::codec::part::{Part, decode_part};
 use crate::disk::{TempFolder, Workspace, same_file};
 use crate::error::{Error, Result};
 use crate::export::{Bbox, ExportRequest, Format, Numbers, export};
 use crate::folder::npy::DATA_START;
 use crate::folder::{Folder, Orient, fits_u4, not_replaceable};
 use clap::Args;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `decode`.
@@ -32,6 +35,10 @@ pub struct DecodeArgs {
     /// smallest, then its largest coordinates
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", allow_hyphen_values = true)]
     bbox: Option<Bbox>,
+    /// Only these components, by their numbers in the folder that was encoded, without vertices
+    /// that they do not name
+    #[arg(long, value_name = "LIST")]
+    component: Option<Numbers>,
     /// Replace what exists
     #[arg(long)]
     force: bool,
@@ -65,7 +72,15 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
     let count = {
         let count = match &chunks {
             None => decode(&ws, &packed, &v, &g)?,
-            Some(chunks) => decode_some(&ws, &packed, chunks, &v, &g)?,
+            Some(chunks) => {
+                let component = args.component.as_ref();
+                let component = component.map(|n| move |range: Range<u64>| n.meets(&range));
+                let part = Part {
+                    chunks: chunks.clone(),
+                    component: component.as_ref().map(|c| c as _),
+                };
+                decode_part(&ws, &packed, &part, &v, &g)?
+            }
         };
         let points = packed.head.coords > 0;
         drop(packed);
@@ -169,7 +184,15 @@ fn chosen(args: &DecodeArgs, packed: &Packed) -> Result<Option<Vec<usize>>> {
              `cornermill info` says how many"
         )));
     }
-    if args.chunk.is_none() && args.bbox.is_none() {
+    let count = packed.components();
+    if let Some(numbers) = args.component.as_ref().filter(|n| n.greatest() >= count) {
+        let (path, greatest) = (args.file.display(), numbers.greatest());
+        return Err(Error::Usage(format!(
+            "{path}: there is no component {greatest}; the file has {count}, from 0 on, numbered as \
+             in the folder that was encoded"
+        )));
+    }
+    if args.chunk.is_none() && args.bbox.is_none() && args.component.is_none() {
         return Ok(None);
     }
     // Apart only when surely so: a coordinate that is no number is apart from nothing.
@@ -183,6 +206,10 @@ fn chosen(args: &DecodeArgs, packed: &Packed) -> Result<Option<Vec<usize>>> {
             && args
                 .bbox
                 .is_none_or(|b| bounds.is_some_and(|of| meets(&b, of)))
+            && args
+                .component
+                .as_ref()
+                .is_none_or(|n| n.meets(&packed.entries[*chunk].components()))
     };
     Ok(Some((0..packed.entries.len()).filter(wanted).collect()))
 }

@@ -24,6 +24,10 @@ pub struct EncodeArgs {
     /// What is spent on smallness
     #[arg(long, value_enum, default_value = "fast")]
     level: LevelArg,
+    /// Keep the order of triangles, vertices and corners, for a decoded mesh that has the same V
+    /// and G row by row: how much larger the file gets is said at the end
+    #[arg(long)]
+    keep_order: bool,
     /// Replace an existing file
     #[arg(long)]
     force: bool,
@@ -70,14 +74,24 @@ pub(super) fn run(args: &EncodeArgs) -> Result<Outcome> {
         LevelArg::Strong => Level::Strong,
     };
     request.force = args.force;
+    request.keep_order = args.keep_order;
     let ws = args.work.workspace(parent(&args.output))?;
     let folder = Folder::open(&args.folder, &ws.io)?;
     let count = encode(&ws, &folder, &request)?;
     if !args.work.quiet {
-        let bits = 8.0 * count.bytes as f64 / count.triangles.max(1) as f64;
+        let per = |bytes: u64| 8.0 * bytes as f64 / count.triangles.max(1) as f64;
+        let bits = per(count.bytes);
+        let mut parts = String::new();
+        if count.components > 0 {
+            parts += &format!(", components {} bytes", count.components);
+        }
+        if args.keep_order {
+            let (bytes, bits) = (count.order, per(count.order));
+            parts += &format!(", order {bytes} bytes ({bits:.3} bits a triangle)");
+        }
         print(&format!(
             "{} triangles and {} vertices in {} bytes, {bits:.3} bits a triangle: connectivity \
-             {} bytes, positions {} bytes; {} chunks with {} shared vertices: {}\n",
+             {} bytes, positions {} bytes{parts}; {} chunks with {} shared vertices: {}\n",
             count.triangles,
             count.vertices,
             count.bytes,

@@ -1,7 +1,7 @@
 //! `cornermill info`: what the manifest of a folder, or the index of a compressed file, says.
 
 use super::{Outcome, print, to_json};
-use crate::codec::file::Packed;
+use crate::codec::packed::Packed;
 use crate::disk::{Budget, Counters};
 use crate::error::{Error, Result};
 use crate::folder::Folder;

@@ -16,9 +16,9 @@ use super::walk::{Extent, Walk};
 use super::{Damaged, Level, NONE};
 
 /// Bytes a triangle that [`encode`] takes besides its arguments: the turned triangles (26), the
-/// edges that corners face and the marks of what was coded (13), the triangles as coded (12), the
-/// border and the list of its gates (44), the bytes (4).
-pub const TRIANGLE_BYTES: u64 = 99;
+/// edges that corners face, the marks and the order of what was coded (17), the triangles as coded
+/// (12), the border and the list of its gates (44), the bytes (4).
+pub const TRIANGLE_BYTES: u64 = 103;
 /// Bytes a vertex: its number, place, valence, marks, and its coordinates while they are sorted.
 pub const VERTEX_BYTES: u64 = 4 + 16 + 1 + 1 + 8;
 /// Bytes a triangle that [`decode`] takes, its result included.
@@ -46,6 +46,8 @@ pub struct Coded {
     pub bytes: Vec<u8>,
     /// The number that each vertex of the piece has in the chunk, or NONE.
     pub numbers: Vec<u32>,
+    /// The corner of the piece that each coded triangle's first vertex is at.
+    pub corners: Vec<u32>,
     /// Bytes of the connectivity and of the positions, about.
     pub split: [u64; 2],
 }
@@ -85,9 +87,12 @@ fn encode_with<M: Model>(piece: &Piece) -> Result<Coded, Damaged> {
     walk.reserve(extent);
     walk.run(extent, &mut surface, &mut coder)?;
     let (all, places) = (coder.spent(), walk.places.spent);
+    let (numbers, mut corners) = surface.into_maps();
+    corners.iter_mut().for_each(|c| *c = turned.own(*c));
     Ok(Coded {
         extent,
-        numbers: surface.into_numbers(),
+        numbers,
+        corners,
         bytes: coder.finish(),
         split: [all - places, places].map(|bits| bits >> 19),
     })

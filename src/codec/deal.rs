@@ -39,6 +39,12 @@ impl<W: Index> Dealt<W> {
         self.0[0].wide()
     }
 
+    /// The number: T + v of a vertex that no triangle names.
+    #[inline]
+    pub fn number(&self) -> u64 {
+        self.0[1].wide()
+    }
+
     /// The vertices.
     #[inline]
     pub fn vertices(&self) -> [W; 3] {

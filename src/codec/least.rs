@@ -32,6 +32,12 @@ pub(super) fn chunk_bytes(triangles: u64, named: u64, record: u64) -> u64 {
     triangles * (TRIANGLE_BYTES + record) + named.min(3 * triangles) * VERTEX_BYTES
 }
 
+/// Bytes a triangle while what is kept besides the mesh is coded: the numbers and components of
+/// triangles, with their bytes; the bytes of the order.
+pub(super) fn extra_bytes(labels: bool, order: bool) -> u64 {
+    (if labels { 8 + 8 + 8 + 8 } else { 0 }) + if order { 24 } else { 0 }
+}
+
 /// The shuffle of uses of shared vertices, of so many records that were dealt.
 pub(super) fn uses(dealt: u64) -> Plan {
     seam::plan(24, 8 * dealt.isqrt())
@@ -54,11 +60,16 @@ fn coding(own: u64, uses: u64) -> u64 {
     thread.max(seam::least(uses)) + SLACK
 }
 
-/// Refuses a budget in which not even the dealing begins.
+/// Refuses a budget in which not even the dealing begins; a triangle takes `extra` bytes more.
 ///
 /// # Errors
 /// [`Error::Budget`] with one that suffices, whatever the mesh turns out to be.
-pub(super) fn check<W: Index>(budget: &Budget, counts: &Counts, most: u64) -> Result<()> {
+pub(super) fn check<W: Index>(
+    budget: &Budget,
+    counts: &Counts,
+    most: u64,
+    extra: u64,
+) -> Result<()> {
     let (t, n) = (counts.triangles, counts.vertices);
     let dealing = deal::least(t, n, most);
     if dealing <= budget.free() {
@@ -66,7 +77,7 @@ pub(super) fn check<W: Index>(budget: &Budget, counts: &Counts, most: u64) -> Re
     }
     let records = t.saturating_add(n);
     let largest = records.min(most);
-    let chunk = chunk_bytes(largest, n, size_of::<Dealt<W>>() as u64);
+    let chunk = chunk_bytes(largest, n, size_of::<Dealt<W>>() as u64 + extra);
     let own = thread_bytes(chunk, &uses(records));
     let chunks = deal::intervals(t, n, most) + records / most.max(1);
     let shared = if chunks > 1 {

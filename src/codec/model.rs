@@ -93,7 +93,13 @@ pub const STEP: Family = family(Some(LISTED), 3 * 64, NUMBER_BINS);
 pub const LIST: Family = family(Some(STEP), 2, NUMBER_BINS);
 /// Which vertex of an earlier chunk is meant.
 pub const REFERENCE: Family = family(Some(LIST), 3, NUMBER_BINS);
-const LAST: Family = REFERENCE;
+/// Runs of triangles of one component.
+pub const LABEL: Family = family(Some(REFERENCE), 3, NUMBER_BINS);
+/// The numbers that triangles and vertices had.
+pub const NUMBER: Family = family(Some(LABEL), 2 * 36 + 1, NUMBER_BINS);
+/// Which corner of a triangle had been the first.
+pub const TURN: Family = family(Some(NUMBER), 6, 1);
+const LAST: Family = TURN;
 /// Number of main contexts with their bins, of all families.
 pub const FAST_SIZE: usize = (LAST.base + LAST.bins * LAST.mains) as usize;
 /// Number of families.
@@ -237,6 +243,25 @@ pub trait Model {
         let bins = (36 + hint, 72 + far);
         let minus = self.judge(coder, family, bins, contexts, value < 0);
         if minus { -(size as i64) } else { size as i64 }
+    }
+
+    /// A number of up to 64 bits and its sign; most are small. The second of `mains` is the context
+    /// that says whether it is not.
+    fn step(
+        &mut self,
+        coder: &mut impl Coder,
+        family: Family,
+        mains: (u32, u32),
+        start: u32,
+        value: i64,
+    ) -> i64 {
+        let far = value.unsigned_abs() >> 34 != 0;
+        if self.bit(coder, family, &Contexts::of(mains.1), far) {
+            let [high, low] = [value as u64 >> 32, value as u64 & 0xffff_ffff];
+            let high = coder.plain(32, high);
+            return (high << 32 | coder.plain(32, low)) as i64;
+        }
+        self.number(coder, family, &Contexts::of(mains.0), (start, 0), value)
     }
 
     /// A number without sign.

@@ -23,6 +23,15 @@ fn there_and_back(piece: &Piece) -> [usize; 2] {
         assert!(order.iter().all(|&v| v != NONE), "numbers are not dense");
         let positions: Vec<_> = order.iter().map(|&v| piece.positions[v as usize]).collect();
         assert_eq!(back.positions, positions);
+        for (t, &corner) in back.triangles.iter().zip(&coded.corners) {
+            let mut at = t.map(|v| order[v as usize]);
+            at.rotate_right(corner as usize % 3);
+            assert_eq!(at, piece.triangles[corner as usize / 3], "{corner}");
+        }
+        let mut corners = coded.corners.clone();
+        corners.iter_mut().for_each(|c| *c /= 3);
+        corners.sort_unstable();
+        assert!(corners.into_iter().eq(0..piece.triangles.len() as u32));
         let mut expected: Vec<_> = piece.triangles.iter().copied().map(turned).collect();
         let own = |t: &[u32; 3]| turned(t.map(|v| order[v as usize]));
         let mut found: Vec<_> = back.triangles.iter().map(own).collect();

@@ -3,7 +3,7 @@
 //! Both sides run the same walk ([`walk`](super::walk)); it asks a [`Truth`] what lies across an
 //! edge, tells the answer to the coder, and goes by what the coder hands back.
 //!
-//! Memory: the encoder's 21 bytes a triangle and 4 a vertex beyond the mesh itself.
+//! Memory: the encoder's 25 bytes a triangle and 4 a vertex beyond the mesh itself.
 
 use super::NONE;
 use super::border::Border;
@@ -100,6 +100,8 @@ pub struct Surface<'a> {
     numbers: Vec<u32>,
     edges: Vec<u32>,
     visited: Vec<bool>,
+    /// The first corner of each triangle that was coded.
+    coded: Vec<u32>,
     from: usize,
     degenerate: usize,
 }
@@ -114,14 +116,16 @@ impl<'a> Surface<'a> {
             numbers: vec![NONE; positions.len()],
             edges: vec![NONE; mesh.v.len()],
             visited: mesh.degenerate.clone(),
+            coded: Vec::with_capacity(mesh.degenerate.len()),
             from: 0,
             degenerate: 0,
         }
     }
 
-    /// The number that each vertex was given, or NONE.
-    pub fn into_numbers(self) -> Vec<u32> {
-        self.numbers
+    /// The number that each vertex was given, or NONE; and the corner at which each triangle
+    /// begins, in the order in which they were coded.
+    pub fn into_maps(self) -> (Vec<u32>, Vec<u32>) {
+        (self.numbers, self.coded)
     }
 
     fn came(&self, corner: u32) -> bool {
@@ -169,6 +173,7 @@ impl Truth for Surface<'_> {
     #[inline]
     fn visit(&mut self, corner: u32) {
         self.visited[corner as usize / 3] = true;
+        self.coded.push(corner);
     }
 
     #[inline]
@@ -180,8 +185,10 @@ impl Truth for Surface<'_> {
         while !self.mesh.degenerate[self.degenerate] {
             self.degenerate += 1;
         }
+        let corner = 3 * self.degenerate as u32;
         self.degenerate += 1;
-        3 * (self.degenerate as u32 - 1)
+        self.coded.push(corner);
+        corner
     }
 
     fn loose(&mut self, number: u32) -> [i32; 3] {

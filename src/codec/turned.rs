@@ -63,6 +63,11 @@ impl Turned {
         }
     }
 
+    /// The corner of the mesh's own triangle that a corner is.
+    pub fn own(&self, corner: u32) -> u32 {
+        flipped(corner, self.turned[corner as usize / 3])
+    }
+
     /// Number of triangles that name a vertex twice.
     pub fn degenerates(&self) -> usize {
         self.degenerate.iter().filter(|d| **d).count()

@@ -8,7 +8,7 @@
 
 use crate::error::{Error, Result};
 use crate::folder::{self, Folder, Row};
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use std::str::FromStr;
 
 /// Numbers as people list them: `3`, `0,4,7-9`.
@@ -50,6 +50,12 @@ impl Numbers {
     pub fn has(&self, number: u64) -> bool {
         let at = self.0.partition_point(|range| *range.start() <= number);
         at > 0 && *self.0[at - 1].end() >= number
+    }
+
+    /// True when a number of this range is listed.
+    pub fn meets(&self, range: &Range<u64>) -> bool {
+        let at = self.0.partition_point(|listed| *listed.start() < range.end);
+        at > 0 && !range.is_empty() && *self.0[at - 1].end() >= range.start
     }
 
     /// The greatest number listed.

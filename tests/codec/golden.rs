@@ -2,10 +2,12 @@
 
 use super::common::mesh::Mesh;
 use super::common::surfaces;
-use super::{Case, canonical};
+use super::{Case, canonical, workspace};
 use cornermill::build::IndexChoice;
 use cornermill::codec::Level;
+use cornermill::codec::encode::{EncodeRequest, encode};
 use cornermill::codec::grid::Precision;
+use cornermill::folder::Folder;
 
 /// A torus, a Moebius strip, triangles that name a vertex twice, vertices that none names; all
 /// coordinates whole numbers.
@@ -24,24 +26,35 @@ fn mesh() -> Mesh {
     mesh.renamed("golden")
 }
 
-const FILES: [(&str, Level, u64, &[u8]); 3] = [
+/// Name, level, the most triangles of a chunk, whether the order is kept, bytes.
+const FILES: [(&str, Level, u64, bool, &[u8]); 4] = [
     (
         "fast",
         Level::Fast,
         1 << 20,
+        false,
         include_bytes!("golden/fast.cmz"),
     ),
     (
         "strong",
         Level::Strong,
         1 << 20,
+        false,
         include_bytes!("golden/strong.cmz"),
     ),
     (
         "chunks",
         Level::Fast,
         100,
+        false,
         include_bytes!("golden/chunks.cmz"),
+    ),
+    (
+        "ordered",
+        Level::Fast,
+        100,
+        true,
+        include_bytes!("golden/ordered.cmz"),
     ),
 ];
 
@@ -49,12 +62,13 @@ const FILES: [(&str, Level, u64, &[u8]); 3] = [
 fn files_of_version_1_are_read_and_written_as_ever() {
     for index in [IndexChoice::Auto, IndexChoice::U8] {
         let case = Case::new(&mesh(), index);
-        for (name, level, most, golden) in FILES {
-            case.encode(
-                "now.cmz",
-                (Precision::Step(1.0), level, most),
-                (64 << 20, 2),
-            );
+        for (name, level, most, keep_order, golden) in FILES {
+            let ws = workspace(case.dir.path(), 64 << 20, 2);
+            let mut request = EncodeRequest::new(case.path("now.cmz"), Precision::Step(1.0));
+            (request.level, request.most) = (level, most);
+            (request.keep_order, request.force) = (keep_order, true);
+            let folder = Folder::open(&case.folder, &ws.io).unwrap();
+            encode(&ws, &folder, &request).unwrap();
             let now = std::fs::read(case.path("now.cmz")).unwrap();
             assert!(
                 now == golden,
@@ -77,6 +91,9 @@ fn files_of_version_1_are_read_and_written_as_ever() {
             };
             let found: Vec<[u64; 3]> = found.into_iter().map(|t| t.map(id)).collect();
             let folder = super::triangles(&case.folder.join("V.npy"));
+            if keep_order {
+                assert_eq!(found, folder);
+            }
             assert_eq!(canonical(found), canonical(folder), "{name}");
             assert_eq!(points.len(), mesh.positions.len(), "{name}");
         }

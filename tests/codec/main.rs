@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod golden;
+mod order;
 mod part;
 mod refusals;
 
@@ -17,8 +18,8 @@ use cornermill::build::{Builder, IndexChoice};
 use cornermill::codec::Level;
 use cornermill::codec::decode::decode;
 use cornermill::codec::encode::{EncodeCount, EncodeRequest, encode};
-use cornermill::codec::file::Packed;
 use cornermill::codec::grid::Precision;
+use cornermill::codec::packed::Packed;
 use cornermill::disk::{Budget, Counters, NoProgress, Scratch, Workers, Workspace};
 use cornermill::folder::Folder;
 use std::collections::BTreeMap;

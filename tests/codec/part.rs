@@ -1,14 +1,17 @@
 //! A part of the chunks: the same triangles over the same coordinates as the whole file has there.
 
+use super::common::npy::Npy;
 use super::common::run::cornermill;
 use super::common::{bench, surfaces};
 use super::{Case, canonical, rows, told_apart, triangles, workspace};
 use cornermill::build::IndexChoice;
 use cornermill::codec::Level;
-use cornermill::codec::decode::decode_some;
-use cornermill::codec::file::Packed;
 use cornermill::codec::grid::Precision;
-use std::collections::BTreeMap;
+use cornermill::codec::packed::Packed;
+use cornermill::codec::part::{Part, decode_part};
+use cornermill::export::Numbers;
+use cornermill::folder::Folder;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Each vertex by its bytes, each triangle by those of its vertices, which are told apart.
 fn named(v: &[[u64; 3]], g: &[Vec<u8>], ids: &BTreeMap<Vec<u8>, u64>) -> Vec<[u64; 3]> {
@@ -37,7 +40,11 @@ fn chunks_come_alone_with_shared_vertices_once() {
         let (v, g) = (case.path("part.V.npy"), case.path("part.G.npy"));
         [&v, &g].iter().for_each(|f| _ = std::fs::remove_file(f));
         let packed = Packed::open(&ws.budget, &ws.io, &case.path("m.cmz")).unwrap();
-        let part = decode_some(&ws, &packed, &wish, &v, &g).unwrap();
+        let part = Part {
+            chunks: wish.clone(),
+            component: None,
+        };
+        let part = decode_part(&ws, &packed, &part, &v, &g).unwrap();
         let (found, at) = (triangles(&v), rows(&g));
         assert_eq!(
             (part.triangles, part.vertices),
@@ -67,8 +74,56 @@ fn chunks_come_alone_with_shared_vertices_once() {
     }
 }
 
+/// Of a few components their triangles alone, over their own vertices, each once; of chunks that
+/// have none of them nothing is read.
 #[test]
-fn the_command_takes_chunks_and_boxes() {
+fn components_come_alone() {
+    let mesh = bench::shuffled(&told_apart(bench::mixture(12)));
+    let case = Case::new(&mesh, IndexChoice::Auto);
+    case.encode("m.cmz", (Precision::Exact, Level::Fast, 150), (64 << 20, 2));
+    let folder_points = rows(&case.folder.join("G.npy"));
+    let ids: BTreeMap<Vec<u8>, u64> = folder_points.iter().cloned().zip(0..).collect();
+    let v = triangles(&case.folder.join("V.npy"));
+    let labels = Npy::read(&case.folder.join("component.npy")).ids();
+    let ws = workspace(case.dir.path(), 64 << 20, 1);
+    let folder = Folder::open(&case.folder, &ws.io).unwrap();
+    let components = folder.manifest().counts.components;
+    assert!(components > 8);
+    for wish in ["0", "1,3-4", "7", &format!("0-{}", components - 1)] {
+        let numbers: Numbers = wish.parse().unwrap();
+        let (to_v, to_g) = (case.path("part.V.npy"), case.path("part.G.npy"));
+        [&to_v, &to_g]
+            .iter()
+            .for_each(|f| _ = std::fs::remove_file(f));
+        let packed = Packed::open(&ws.budget, &ws.io, &case.path("m.cmz")).unwrap();
+        assert_eq!(packed.components(), components);
+        let part = Part {
+            chunks: (0..packed.entries.len()).collect(),
+            component: Some(&|range| numbers.meets(&range)),
+        };
+        let count = decode_part(&ws, &packed, &part, &to_v, &to_g).unwrap();
+        let (found, at) = (triangles(&to_v), rows(&to_g));
+        assert_eq!(
+            (count.triangles, count.vertices),
+            (found.len() as u64, at.len() as u64)
+        );
+        let of = |t: &[[u64; 3]]| t.as_flattened().iter().copied().collect::<BTreeSet<u64>>();
+        let all: BTreeSet<u64> = (0..count.vertices).collect();
+        assert_eq!(of(&found), all, "{wish}: vertices that no triangle names");
+        assert_eq!(at.iter().collect::<BTreeSet<_>>().len(), at.len(), "{wish}");
+        let expected = v
+            .iter()
+            .zip(&labels)
+            .filter(|(_, label)| numbers.has(**label));
+        let expected: Vec<[u64; 3]> = expected.map(|(t, _)| *t).collect();
+        assert_eq!(named(&found, &at, &ids), canonical(expected), "{wish}");
+        drop(packed);
+        assert_eq!(ws.budget.used(), 0, "the budget is not given back");
+    }
+}
+
+#[test]
+fn the_command_takes_chunks_boxes_and_components() {
     let case = Case::new(&told_apart(surfaces::torus(20, 30)), IndexChoice::Auto);
     let wish = (Precision::Bits(12), Level::Fast, 150);
     let count = case.encode("m.cmz", wish, (64 << 20, 2));
@@ -87,6 +142,17 @@ fn the_command_takes_chunks_and_boxes() {
     );
     let said = decode(&["--bbox=1e8,1e8,1e8,1e9,1e9,1e9"], 0).stdout;
     assert!(said.starts_with("0 triangles"), "{said}");
+    let said = decode(&["--component", "0"], 0).stdout;
+    assert!(
+        said.starts_with(&format!("{} triangles", count.triangles)),
+        "{said}"
+    );
+    let refused = decode(&["--component", "0-1"], 2);
+    assert!(
+        refused.stderr.contains("no component 1"),
+        "{}",
+        refused.stderr
+    );
     let refused = decode(&["--chunk", "9999"], 2);
     assert!(refused.stderr.contains("9999"), "{}", refused.stderr);
 }
