@@ -1,7 +1,7 @@
 //! `cornermill decode`: a compressed file to a mesh folder, or to any format that export writes.
 //!
 //! A folder is built from the decoded arrays as from any input, triangles as they are
-//! (`--orient keep`); other formats are exported from such a folder, which is scratch.
+//! (`--orient keep`); other formats are exported from those arrays.
 
 use super::progress;
 use super::work::WorkArgs;
@@ -11,11 +11,11 @@ use crate::codec::decode::decode;
 use crate::codec::file::Entry;
 use crate::codec::packed::Packed;
 use crate::codec::part::{Part, decode_part};
-use crate::disk::{TempFolder, Workspace, same_file};
+use crate::disk::{TempFolder, same_file};
 use crate::error::{Error, Result};
-use crate::export::{Bbox, ExportRequest, Format, Numbers, export};
+use crate::export::{Bbox, ExportRequest, Format, Numbers, export_arrays};
 use crate::folder::npy::DATA_START;
-use crate::folder::{Folder, Orient, fits_u4, not_replaceable};
+use crate::folder::{Orient, fits_u4, not_replaceable};
 use clap::Args;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -87,23 +87,16 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
         match Format::of(&args.output) {
             None => build(
                 args,
-                (true, arrays, &temps),
+                (arrays, &temps),
                 &v,
                 points.then_some(&*g),
                 count.vertices,
                 &args.output,
             )?,
             Some(format) => {
-                let folder = temp.path().join("mesh.ct");
-                build(
-                    args,
-                    (false, arrays, &temps),
-                    &v,
-                    points.then_some(&*g),
-                    count.vertices,
-                    &folder,
-                )?;
-                write(args, &ws, &folder, format)?;
+                let mut request = ExportRequest::new(format, &args.output);
+                request.force = args.force;
+                export_arrays(&ws, &v, points.then_some(&*g), count.vertices, &request)?;
             }
         }
         count
@@ -138,8 +131,7 @@ fn refuse(args: &DecodeArgs, points: bool) -> Result<()> {
     Err(Error::Usage(format!("{}: {why}", output.display())))
 }
 
-/// Bytes in scratch beside what a build takes there: the decoded arrays, and for an export the
-/// folder that it is made from, whose lists of culprits are not known beforehand.
+/// Bytes in scratch beside what a build takes there: the decoded arrays.
 ///
 /// # Errors
 /// [`Error::DiskLimit`] when they alone pass the limit.
@@ -160,18 +152,14 @@ fn arrays(args: &DecodeArgs, packed: &Packed, chunks: Option<&[usize]>) -> Resul
     let v = rows(t, 3 * id);
     let g = rows(n, 3 * u64::from(packed.head.coords));
     let decoded = v.saturating_add(g);
-    let need = match Format::of(&args.output) {
-        None => decoded,
-        // V, G, O, labels, flips.
-        Some(_) => decoded
-            .saturating_mul(2)
-            .saturating_add(rows(t, 4 * id + 1)),
-    };
+    // Sorted into the order of the folder, each row lies in scratch once more.
+    let sorted = packed.head.ordered == 1 && chunks.is_none();
+    let need = decoded.saturating_mul(1 + u64::from(sorted));
     let limit = args.work.max_disk_bytes();
     if need > limit {
         return Err(Error::DiskLimit { need, limit });
     }
-    Ok(need)
+    Ok(decoded)
 }
 
 /// The chunks that are asked for; `None` for all.
@@ -217,7 +205,7 @@ fn chosen(args: &DecodeArgs, packed: &Packed) -> Result<Option<Vec<usize>>> {
 /// Builds a folder from the arrays.
 fn build(
     args: &DecodeArgs,
-    (measures, arrays, temps): (bool, u64, &[TempFolder]),
+    (arrays, temps): (u64, &[TempFolder]),
     v: &Path,
     g: Option<&Path>,
     vertices: u64,
@@ -229,7 +217,6 @@ fn build(
         .threads(work.thread_count())
         .max_disk(work.max_disk_bytes().saturating_sub(arrays))
         .orient(Orient::Keep)
-        .measures(measures)
         .force(args.force)
         .checkpoint(None)
         .progress(progress::sink(work.progress, work.quiet));
@@ -241,12 +228,4 @@ fn build(
         None => builder.vertices(vertices),
     };
     builder.build(folder).map(|_| ())
-}
-
-/// Exports the folder.
-fn write(args: &DecodeArgs, ws: &Workspace, folder: &Path, format: Format) -> Result<()> {
-    let mut request = ExportRequest::new(format, &args.output);
-    request.force = args.force;
-    let folder = Folder::open(folder, &ws.io)?;
-    export(ws, &folder, &request).map(|_| ())
 }

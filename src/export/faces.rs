@@ -7,16 +7,18 @@
 
 use super::ExportRequest;
 use super::select::Chosen;
+use super::source::Source;
 use crate::disk::DataFile;
 use crate::error::{Error, Result};
 use crate::folder::{self, Folder, npy};
-use crate::table::array::{self, Width};
+use crate::table::array::{self, Coords, Width};
+use std::path::PathBuf;
 
 /// V as read (24), the label (8), a byte for the flip bit, and the decoded ids (24).
 pub(super) const BYTES_PER_TRIANGLE: u64 = 57;
 
 pub(super) struct Faces<'a> {
-    folder: &'a Folder,
+    folder: Option<&'a Folder>,
     width: Width,
     v: DataFile,
     labels: Option<DataFile>,
@@ -32,22 +34,21 @@ pub(super) struct Faces<'a> {
 }
 
 impl<'a> Faces<'a> {
+    /// The triangles of a source, whose coordinates are handed back.
     pub(super) fn open(
-        folder: &'a Folder,
+        source: Source<'a>,
         request: &ExportRequest,
         step: u64,
-    ) -> Result<Faces<'a>> {
-        let counts = &folder.manifest().counts;
-        let (t, width) = (counts.triangles, Width::of(folder)?);
-        let when = |on: bool, name, descr, shape: u64| {
-            on.then(|| array::open(folder, name, descr, &[shape]))
-                .transpose()
+    ) -> Result<(Faces<'a>, Option<(Coords, DataFile)>)> {
+        let (t, width) = (source.triangles, source.width);
+        let when = |on: bool, name, descr, shape: u64| match source.folder {
+            Some(folder) if on => array::open(folder, name, descr, &[shape]).map(Some),
+            _ => Ok(None),
         };
         let flip_bytes = t.div_ceil(8);
-        Ok(Faces {
-            folder,
+        let faces = Faces {
+            folder: source.folder,
             width,
-            v: array::open(folder, folder::V, width.descr(), &[t, 3])?,
             labels: when(request.selects(), folder::COMPONENT, width.descr(), t)?,
             flips: when(
                 request.input_orientation,
@@ -55,15 +56,17 @@ impl<'a> Faces<'a> {
                 "|u1",
                 flip_bytes,
             )?,
+            v: source.v,
             triangles: t,
-            vertices: counts.vertices,
-            components: counts.components,
+            vertices: source.vertices,
+            components: source.folder.map_or(0, |f| f.manifest().counts.components),
             step,
             v_bytes: vec![0; step as usize * 3 * width.bytes()],
             label_bytes: vec![0; step as usize * width.bytes()],
             flip_bytes: vec![0; step as usize / 8],
             kept: Vec::with_capacity(step as usize),
-        })
+        };
+        Ok((faces, source.g))
     }
 
     /// Triangles of the folder.
@@ -124,9 +127,15 @@ impl<'a> Faces<'a> {
         }
     }
 
+    /// The path of an array.
+    fn path(&self, name: &str) -> PathBuf {
+        let folder = self.folder.map(|folder| folder.path().join(name));
+        folder.unwrap_or_else(|| self.v.path().to_owned())
+    }
+
     fn damaged(&self, name: &str, triangle: u64, expected: String, found: u64) -> Error {
         Error::input(
-            &self.folder.path().join(name),
+            &self.path(name),
             format!("triangle {triangle}"),
             expected,
             found.to_string(),
@@ -137,7 +146,7 @@ impl<'a> Faces<'a> {
     /// The table of components and the labels disagree.
     pub(super) fn miscounted(&self, expected: u64, found: u64) -> Error {
         Error::input(
-            &self.folder.path().join(folder::COMPONENT),
+            &self.path(folder::COMPONENT),
             "",
             format!("{expected} triangles with the chosen labels, as components.npy says"),
             found.to_string(),

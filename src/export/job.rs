@@ -6,25 +6,29 @@
 use super::faces::{self, Faces};
 use super::select::{self, Chosen};
 use super::sink::{OUT_BYTES, Sink};
+use super::source::Source;
 use super::strip::{self, Strip};
 use super::used::Used;
 use super::{ExportCount, ExportRequest, Format, gather, npy, plain, ply, stl};
 use crate::disk::{DataFile, Lease, Workspace};
 use crate::error::{Error, Result, conserve};
-use crate::folder::{self, Folder, npy::DATA_START};
-use crate::table::array::{self, Coords};
+use crate::folder::{Folder, npy::DATA_START};
+use crate::table::array::Coords;
 use std::path::PathBuf;
 
 /// The least budget in bytes with which a request on this folder is not refused.
 pub fn least_memory(folder: &Folder, request: &ExportRequest) -> u64 {
-    least(folder, request, request.selects())
+    let vertices = folder.manifest().counts.vertices;
+    least(Some(folder), vertices, request, request.selects())
 }
 
 /// The same; `part` when not all triangles are written.
-fn least(folder: &Folder, request: &ExportRequest, part: bool) -> u64 {
-    let chosen = select::bytes(folder, &request.selection);
-    let choosing = select::bytes_while_choosing(folder, &request.selection);
-    chosen + choosing.max(used_bytes(folder, request, part) + buffers(request, MIN_STEP))
+fn least(folder: Option<&Folder>, vertices: u64, request: &ExportRequest, part: bool) -> u64 {
+    let [chosen, choosing] = folder.map_or([0; 2], |folder| {
+        let choosing = select::bytes_while_choosing(folder, &request.selection);
+        [select::bytes(folder, &request.selection), choosing]
+    });
+    chosen + choosing.max(used_bytes(vertices, request, part) + buffers(request, MIN_STEP))
 }
 
 /// Fewest triangles or vertices in a block.
@@ -43,9 +47,9 @@ fn buffers(request: &ExportRequest, step: u64) -> u64 {
 }
 
 /// Memory for numbering vertices anew, when some are left out and have numbers at all.
-fn used_bytes(folder: &Folder, request: &ExportRequest, part: bool) -> u64 {
+fn used_bytes(vertices: u64, request: &ExportRequest, part: bool) -> u64 {
     if part && request.format != Format::Stl {
-        Used::bytes(folder.manifest().counts.vertices)
+        Used::bytes(vertices)
     } else {
         0
     }
@@ -77,12 +81,13 @@ impl<'a> Job<'a> {
     /// Chooses, draws the memory, and marks the vertices in use.
     pub(super) fn start(
         ws: &'a Workspace,
-        folder: &'a Folder,
+        source: Source<'a>,
         request: &'a ExportRequest,
         strip: Option<&'a mut (dyn Strip + 'a)>,
     ) -> Result<Job<'a>> {
         let part = request.selects() || strip.is_some();
-        let least = least(folder, request, part);
+        let n = source.vertices;
+        let least = least(source.folder, n, request, part);
         if least > ws.budget.free() {
             return Err(Error::Budget {
                 what: "this export".into(),
@@ -90,8 +95,11 @@ impl<'a> Job<'a> {
                 have: ws.budget.limit(),
             });
         }
-        let chosen = select::choose(ws, folder, &request.selection)?;
-        let marks = used_bytes(folder, request, part);
+        let chosen = match source.folder {
+            Some(folder) => select::choose(ws, folder, &request.selection)?,
+            None => None,
+        };
+        let marks = used_bytes(n, request, part);
         let mut step = MIN_STEP;
         let most = if request.format == Format::Stl {
             gather::MAX_STEP
@@ -100,31 +108,23 @@ impl<'a> Job<'a> {
         };
         // Larger blocks from what is left, but never more than half of it.
         let half = (ws.budget.free() - marks) / 2;
-        let items = folder
-            .manifest()
-            .counts
-            .triangles
-            .max(folder.manifest().counts.vertices);
+        let items = source.triangles.max(n);
         while step < most.min(items) && buffers(request, 2 * step) <= half {
             step *= 2;
         }
         let lease = ws
             .budget
             .lease("an export", marks + buffers(request, step))?;
-        let counts = &folder.manifest().counts;
-        let n = counts.vertices;
-        let g = match Coords::of(folder)? {
-            Some(kind) => Some((kind, array::open(folder, folder::G, kind.descr(), &[n, 3])?)),
-            None => None,
-        };
+        let all = source.triangles;
+        let (faces, g) = Faces::open(source, request, step)?;
         let mut job = Job {
             ws,
             request,
-            faces: Faces::open(folder, request, step)?,
+            faces,
             triangles: match (&strip, &chosen) {
                 (Some(strip), _) => strip.count(),
                 (None, Some(chosen)) => chosen.triangles,
-                (None, None) => counts.triangles,
+                (None, None) => all,
             },
             chosen,
             strip,

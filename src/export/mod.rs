@@ -30,6 +30,7 @@ mod ply;
 mod select;
 mod selection;
 mod sink;
+mod source;
 mod stl;
 mod strip;
 mod used;
@@ -39,6 +40,7 @@ use crate::error::{Error, Result};
 use crate::folder::{self, Folder};
 use job::Job;
 use sink::Sink;
+use source::Source;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -123,17 +125,23 @@ impl ExportRequest {
 
     /// What makes no sense is refused before anything is read.
     fn check(&self, folder: &Folder) -> Result<()> {
+        self.fits(folder.has(folder::G))?;
+        self.selection.check(folder)
+    }
+
+    /// The format has what is asked of it, and what there is.
+    fn fits(&self, points: bool) -> Result<()> {
         let refuse = |what: &str| Err(Error::Usage(what.into()));
         if self.ascii && matches!(self.format, Format::Stl | Format::Npy) {
             return refuse("--ascii is for ply; stl and npy are written in binary only");
         }
-        if self.format != Format::Npy && !folder.has(folder::G) {
+        if self.format != Format::Npy && !points {
             return refuse(
                 "the folder has no coordinates (it was built from V alone), \
                  so only npy can be written",
             );
         }
-        self.selection.check(folder)
+        Ok(())
     }
 }
 
@@ -186,7 +194,35 @@ pub fn export(ws: &Workspace, folder: &Folder, request: &ExportRequest) -> Resul
     if request.target.as_os_str() == "-" {
         return export_to(ws, folder, request, &mut std::io::stdout().lock());
     }
-    export_file(ws, folder, request, None)
+    request.check(folder)?;
+    export_file(ws, (folder.path(), Source::of(folder)?), request, None)
+}
+
+/// As [`export`], of two arrays that belong to no folder, but are as those of one: V with ids below
+/// `vertices`, and G. The target is a file, and nothing is selected.
+///
+/// # Errors
+/// As [`export`]; [`Error::Input`] for other arrays.
+pub fn export_arrays(
+    ws: &Workspace,
+    v: &Path,
+    g: Option<&Path>,
+    vertices: u64,
+    request: &ExportRequest,
+) -> Result<ExportCount> {
+    if request.selects() || request.input_orientation || request.target.as_os_str() == "-" {
+        return Err(Error::Usage(
+            "arrays without a folder are written whole, as they are, to a file".into(),
+        ));
+    }
+    request.fits(g.is_some())?;
+    let at = v.parent().unwrap_or(Path::new(""));
+    export_file(
+        ws,
+        (at, Source::arrays(v, g, vertices, &ws.io)?),
+        request,
+        None,
+    )
 }
 
 /// As [`export`], of these triangles alone, in their order; the request selects nothing, and the
@@ -207,22 +243,27 @@ pub fn export_strip<'a>(
                 .into(),
         ));
     }
-    export_file(ws, folder, request, Some(strip))
+    request.check(folder)?;
+    export_file(
+        ws,
+        (folder.path(), Source::of(folder)?),
+        request,
+        Some(strip),
+    )
 }
 
 fn export_file<'a>(
     ws: &'a Workspace,
-    folder: &'a Folder,
+    (at, source): (&Path, Source<'a>),
     request: &'a ExportRequest,
     strip: Option<&'a mut (dyn Strip + 'a)>,
 ) -> Result<ExportCount> {
-    request.check(folder)?;
-    let mut target = Target::create(folder.path(), &request.target, request.force)?;
+    let mut target = Target::create(at, &request.target, request.force)?;
     let mut beside = None;
     if request.format == Format::Npy {
         let path = npy::path_of_g(&request.target);
-        if folder.has(folder::G) {
-            beside = Some(Target::create(folder.path(), &path, request.force)?);
+        if source.g.is_some() {
+            beside = Some(Target::create(at, &path, request.force)?);
         } else if path.symlink_metadata().is_ok() {
             return Err(Error::Usage(format!(
                 "{}: exists, and would be taken for the coordinates of a mesh that has none; \
@@ -231,7 +272,7 @@ fn export_file<'a>(
             )));
         }
     }
-    let mut job = Job::start(ws, folder, request, strip)?;
+    let mut job = Job::start(ws, source, request, strip)?;
     let mut bytes = 0;
     let mut files = Vec::new();
     let mut complete = None;
@@ -269,7 +310,7 @@ pub fn export_to(
             "npy is written as files, NAME.npy and NAME.G.npy; give a name instead of -".into(),
         ));
     }
-    let mut job = Job::start(ws, folder, request, None)?;
+    let mut job = Job::start(ws, Source::of(folder)?, request, None)?;
     let mut sink = Sink::new(out, request.target.clone(), &ws.io);
     job.write(&mut sink)?;
     let bytes = sink.finish()?;
