@@ -75,6 +75,7 @@ fn folder(dir: &Path) {
         "-o",
         &name("m.cmz"),
         "--bits=12",
+        "--keep-order",
         "--quiet",
     ]);
 }
@@ -137,9 +138,13 @@ pub fn cases() -> Vec<Case> {
             "path to a file",
             "path @/in/m.ct --from=0 --to=100 -o @/out/p.ply",
         ),
-        write("encode", "encode @/in/m.ct -o @/out/m.cmz --bits=12"),
+        write("encode", "encode @/in/m.ct -o @/out/m.cmz --bits=12 --keep-order"),
         write("decode to a folder", "decode @/in/m.cmz -o @/out/m.ct"),
         write("decode to a file", "decode @/in/m.cmz -o @/out/m.obj"),
+        write(
+            "decode a component",
+            "decode @/in/m.cmz -o @/out/m.ply --component=0",
+        ),
         write("export ply", "export @/in/m.ct -o @/out/m.ply"),
         write("export stl", "export @/in/m.ct -o @/out/m.stl"),
         write("export npy", "export @/in/m.ct -o @/out/m.npy"),
