@@ -226,9 +226,33 @@ fn large() -> Vec<Case> {
     rows.into_iter().map(Case::large).collect()
 }
 
+/// Meshes of four times the budget, hubs and soups of twice: the budget and 64 MiB is all that they
+/// may take. At 64 MiB `tests/memory.rs` holds the same.
+fn kept() -> Vec<Case> {
+    let budgets = [
+        ("m", "256MiB", 320.0, ["60M", "32M", "12M"]),
+        ("g", "1GiB", 1088.0, ["240M", "120M", "46M"]),
+    ];
+    let rows = |(name, memory, peak, [surface, hub, soup]): (&str, _, _, [&str; 3])| {
+        let row = |kind: &'static str, triangles, order, flip| {
+            let name = format!("kept-{kind}-{order}-{name}");
+            let mut case = sphere(&name, triangles, order, flip);
+            case.bars.peak = Some(peak);
+            case.kind(kind).within(memory).large()
+        };
+        [
+            row("sphere", surface, "coherent", 0.0),
+            row("sphere", surface, "shuffle", 0.3),
+            row("cone", hub, "shuffle", 0.3),
+            row("soup", soup, "shuffle", 0.0),
+        ]
+    };
+    budgets.into_iter().flat_map(rows).collect()
+}
+
 /// All rows, in the order of the page.
 pub fn all() -> Vec<Case> {
-    [promised(), hard(), large()].concat()
+    [promised(), hard(), large(), kept()].concat()
 }
 
 /// Every mesh of the table once, of `triangles` triangles in little memory: for CI.

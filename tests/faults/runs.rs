@@ -138,7 +138,10 @@ pub fn cases() -> Vec<Case> {
             "path to a file",
             "path @/in/m.ct --from=0 --to=100 -o @/out/p.ply",
         ),
-        write("encode", "encode @/in/m.ct -o @/out/m.cmz --bits=12 --keep-order"),
+        write(
+            "encode",
+            "encode @/in/m.ct -o @/out/m.cmz --bits=12 --keep-order",
+        ),
         write("decode to a folder", "decode @/in/m.cmz -o @/out/m.ct"),
         write("decode to a file", "decode @/in/m.cmz -o @/out/m.obj"),
         write(
