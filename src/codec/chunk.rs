@@ -19,10 +19,11 @@ use super::{Damaged, Level, NONE};
 /// edges that corners face, the marks and the order of what was coded (17), the triangles as coded
 /// (12), the border and the list of its gates (44), the bytes (4).
 pub const TRIANGLE_BYTES: u64 = 103;
-/// Bytes a vertex: its number, place, valence, marks, and its coordinates while they are sorted.
-pub const VERTEX_BYTES: u64 = 4 + 16 + 1 + 1 + 8;
+/// Bytes a vertex: its number, position, valence, marks, and its coordinates while they are sorted,
+/// its place.
+pub const VERTEX_BYTES: u64 = 4 + 16 + 1 + 1 + 1 + 8 + 4;
 /// Bytes a triangle that [`decode`] takes, its result included.
-pub const DECODE_BYTES: u64 = 144;
+pub const DECODE_BYTES: u64 = 148;
 /// Bytes of the models of either level.
 pub const MODEL_BYTES: u64 = 4 << 20;
 
@@ -46,6 +47,8 @@ pub struct Coded {
     pub bytes: Vec<u8>,
     /// The number that each vertex of the piece has in the chunk, or NONE.
     pub numbers: Vec<u32>,
+    /// The number of the vertex at each place.
+    pub places: Vec<u32>,
     /// The corner of the piece that each coded triangle's first vertex is at.
     pub corners: Vec<u32>,
     /// Bytes of the connectivity and of the positions, about.
@@ -86,15 +89,16 @@ fn encode_with<M: Model>(piece: &Piece) -> Result<Coded, Damaged> {
     walk.places.lattice = lattice;
     walk.reserve(extent);
     walk.run(extent, &mut surface, &mut coder)?;
-    let (all, places) = (coder.spent(), walk.places.spent);
+    let (all, positions) = (coder.spent(), walk.places.spent);
     let (numbers, mut corners) = surface.into_maps();
     corners.iter_mut().for_each(|c| *c = turned.own(*c));
     Ok(Coded {
         extent,
         numbers,
+        places: places(&walk.rim, extent.vertices),
         corners,
         bytes: coder.finish(),
-        split: [all - places, places].map(|bits| bits >> 19),
+        split: [all - positions, positions].map(|bits| bits >> 19),
     })
 }
 
@@ -143,18 +147,18 @@ fn choose(
     Ok(if serves { lattice } else { none })
 }
 
-/// Decodes a chunk: its vertices in the order of their numbers.
+/// Decodes a chunk: its vertices in the order of their numbers, and the number of that at each place.
 ///
 /// # Errors
 /// [`Damaged`] when the bytes are not those of a chunk of this extent.
-pub fn decode(bytes: &[u8], extent: Extent, level: Level) -> Result<Piece, Damaged> {
+pub fn decode(bytes: &[u8], extent: Extent, level: Level) -> Result<(Piece, Vec<u32>), Damaged> {
     match level {
         Level::Fast => decode_with::<Fast>(bytes, extent),
         Level::Strong => decode_with::<Mixed>(bytes, extent),
     }
 }
 
-fn decode_with<M: Model>(bytes: &[u8], extent: Extent) -> Result<Piece, Damaged> {
+fn decode_with<M: Model>(bytes: &[u8], extent: Extent) -> Result<(Piece, Vec<u32>), Damaged> {
     let mut coder = Decoder::new(bytes);
     let mut walk = Walk::<M>::default();
     walk.run(extent, &mut Blind, &mut coder)?;
@@ -163,11 +167,26 @@ fn decode_with<M: Model>(bytes: &[u8], extent: Extent) -> Result<Piece, Damaged>
     }
     let vertices = walk.places.len();
     let first_loose = (vertices - extent.loose) as u32;
-    Ok(Piece {
+    let places = places(&walk.rim, vertices);
+    let piece = Piece {
         positions: (0..vertices).map(|v| walk.places.position(v)).collect(),
         triangles: walk.triangles,
         loose: (first_loose..vertices as u32).collect(),
-    })
+    };
+    Ok((piece, places))
+}
+
+/// The numbers of a chunk's vertices in the order of their places: those on the rim first.
+///
+/// Why: nearly all vertices that chunks share lie there, so few places are asked about, and those
+/// that follow each other along a seam are near each other in both chunks.
+fn places(rim: &[bool], vertices: usize) -> Vec<u32> {
+    let on = |v: &u32| rim.get(*v as usize) == Some(&true);
+    let all = 0..vertices as u32;
+    let mut places = Vec::with_capacity(vertices);
+    places.extend(all.clone().filter(on));
+    places.extend(all.filter(|v| !on(v)));
+    places
 }
 
 /// The vertices of a piece in the order of their numbers: the inverse of [`Coded::numbers`].

@@ -179,10 +179,10 @@ impl<W: Index> Job<'_, W> {
         let coded = chunk::encode(&piece, self.level)
             .map_err(|e| Error::Internal(format!("chunk {chunk} cannot be coded: {}", e.0)))?;
         let order = order(&coded.numbers);
-        for (number, &local) in order.iter().enumerate() {
-            let v = thread.ids.global(local);
+        for (place, &number) in coded.places.iter().enumerate() {
+            let v = thread.ids.global(order[number as usize]);
             if !whole || self.dealt.shared.has(v) {
-                thread.uses.push(Use([v, chunk, number as u64]))?;
+                thread.uses.push(Use([v, chunk, place as u64]))?;
             }
         }
         let mut entry = entry_of(&coded, &piece, &order);

@@ -87,18 +87,18 @@ pub(super) fn whole(packed: &Packed, chunk: usize) -> Result<Unpacked> {
 /// The mesh's number of each vertex of a chunk, and the rows of G of those that are its own.
 fn named(packed: &Packed, chunk: usize, unpacked: &Unpacked) -> Result<(Vec<u64>, Vec<u8>)> {
     let (entry, base) = (&packed.entries[chunk], packed.first_vertex[chunk]);
-    let mut ids = Vec::with_capacity(unpacked.piece.positions.len());
+    let mut ids = vec![0; unpacked.piece.positions.len()];
     let mut points = Vec::new();
     let mut own = 0;
-    unpacked.each_vertex(|at, reference| {
-        ids.push(match reference {
+    unpacked.each_vertex(|number, at, reference| {
+        ids[number] = match reference {
             Some(r) => packed.first_vertex[r.chunk as usize] + r.rank,
             None => {
                 own += 1;
                 packed.restore(at, &mut points);
                 base + own - 1
             }
-        });
+        };
     });
     hold(entry, unpacked, own)?;
     Ok((ids, points))

@@ -20,6 +20,8 @@ use xxhash_rust::xxh3::xxh3_64;
 pub(super) struct Unpacked {
     /// Its triangles and positions.
     pub piece: Piece,
+    /// The number of the vertex at each place.
+    pub places: Vec<u32>,
     /// Its vertices of earlier chunks, ascending.
     pub references: Vec<Reference>,
     /// The numbers that the folder had, when they were kept.
@@ -27,11 +29,14 @@ pub(super) struct Unpacked {
 }
 
 impl Unpacked {
-    /// Hands out where each vertex lies, in the order of their numbers, and the reference that it is.
-    pub(super) fn each_vertex(&self, mut each: impl FnMut([i32; 3], Option<&Reference>)) {
+    /// Hands out the number of each vertex, in the order of their places, where it lies, and the
+    /// reference that it is.
+    pub(super) fn each_vertex(&self, mut each: impl FnMut(usize, [i32; 3], Option<&Reference>)) {
         let mut rest = self.references.iter().peekable();
-        for (number, &at) in (0..).zip(&self.piece.positions) {
-            each(at, rest.next_if(|r| r.number == number));
+        for (place, &number) in (0..).zip(&self.places) {
+            let number = number as usize;
+            let at = self.piece.positions[number];
+            each(number, at, rest.next_if(|r| r.place == place));
         }
     }
 }
@@ -236,7 +241,8 @@ impl Packed {
         }
         let (coded, numbers) = bytes.split_at(coded as usize);
         let (body, references) = coded.split_at(entry.bytes as usize);
-        let piece = super::chunk::decode(body, entry.extent(), self.head.level()).map_err(bad)?;
+        let decoded = super::chunk::decode(body, entry.extent(), self.head.level());
+        let (piece, places) = decoded.map_err(bad)?;
         let earlier = &self.entries[..chunk];
         let references = seam::decode(references, entry, earlier).map_err(bad)?;
         let numbers = match self.head.ordered {
@@ -249,6 +255,7 @@ impl Packed {
         };
         Ok(Unpacked {
             piece,
+            places,
             references,
             numbers,
         })

@@ -158,8 +158,8 @@ impl Writing<'_> {
         let mut ids = vec![u64::MAX; used.len()];
         let mut points = Vec::new();
         let mut ranks = Vec::new();
-        let (mut own, mut number) = (0, 0);
-        unpacked.each_vertex(|at, reference| {
+        let mut own = 0;
+        unpacked.each_vertex(|number, at, reference| {
             if reference.is_none() {
                 if used[number] {
                     ids[number] = first + ranks.len() as u64;
@@ -168,7 +168,6 @@ impl Writing<'_> {
                 }
                 own += 1;
             }
-            number += 1;
         });
         hold(&self.packed.entries[chunk], unpacked, own)?;
         let mut next = first + ranks.len() as u64;
@@ -181,14 +180,14 @@ impl Writing<'_> {
             Some(ranks)
         };
         self.chunks.insert(chunk as u64, Own { first, ranks });
-        for r in unpacked
-            .references
-            .iter()
-            .filter(|r| used[r.number as usize])
-        {
+        for r in &unpacked.references {
+            let number = unpacked.places[r.place as usize] as usize;
+            if !used[number] {
+                continue;
+            }
             let known = self.written(r);
-            ids[r.number as usize] = known.unwrap_or_else(|| {
-                let at = unpacked.piece.positions[r.number as usize];
+            ids[number] = known.unwrap_or_else(|| {
+                let at = unpacked.piece.positions[number];
                 self.packed.restore(at, &mut points);
                 self.foreign.insert((r.chunk, r.rank), next);
                 next += 1;

@@ -140,12 +140,10 @@ fn send<V: Row, G: Row>(
     let numbers = &unpacked.numbers;
     let bytes = usize::from(packed.head.coords);
     let mut own = Vec::new();
-    let mut number = 0;
-    unpacked.each_vertex(|at, reference| {
+    unpacked.each_vertex(|number, at, reference| {
         if reference.is_none() {
             own.push((number, at));
         }
-        number += 1;
     });
     hold(&packed.entries[chunk], unpacked, own.len() as u64)?;
     let mut row = Vec::with_capacity(24);

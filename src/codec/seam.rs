@@ -19,7 +19,7 @@ use crate::error::{Result, conserve};
 use crate::shuffle::{Buckets, Plan, Record, Shuffle};
 use bytemuck::{Pod, Zeroable};
 
-/// A vertex that may be shared: vertex, chunk, its number there.
+/// A vertex that may be shared: vertex, chunk, its place there.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Use(pub [u64; 3]);
@@ -59,8 +59,8 @@ impl Record for Answer {
 /// A vertex of a chunk that is an earlier chunk's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reference {
-    /// Its number in the chunk.
-    pub number: u64,
+    /// Its place in the chunk.
+    pub place: u64,
     /// The chunk whose vertex it is.
     pub chunk: u64,
     /// Its rank among the vertices of that chunk that are its own.
@@ -126,13 +126,13 @@ pub fn resolve(
     let (mut first, mut firsts) = (Use([u64::MAX; 3]), 0);
     uses.sorted_all(&mut uses.sorter(sorter_bytes(24, records))?, &mut |uses| {
         for &one in uses {
-            let [v, chunk, number] = one.0;
+            let [v, chunk, place] = one.0;
             if v != first.0[0] {
                 (first, firsts) = (one, firsts + 1);
                 continue;
             }
-            writer.push(Asked([chunk, number, 0, 0, 0]))?;
-            writer.push(Asked([first.0[1], first.0[2], 1, chunk, number]))?;
+            writer.push(Asked([chunk, place, 0, 0, 0]))?;
+            writer.push(Asked([first.0[1], first.0[2], 1, chunk, place]))?;
         }
         Ok(())
     })?;
@@ -147,14 +147,14 @@ pub fn resolve(
     asked.sorted_all(
         &mut asked.sorter(sorter_bytes(40, asked.records()))?,
         &mut |asked| {
-            for &Asked([chunk, number, kind, to_chunk, to_number]) in asked {
+            for &Asked([chunk, place, kind, to_chunk, to_place]) in asked {
                 if chunk != current {
                     (current, before) = (chunk, 0);
                 }
                 if kind == 0 {
                     before += 1;
                 } else {
-                    writer.push(Answer([to_chunk, to_number, chunk, number - before]))?;
+                    writer.push(Answer([to_chunk, to_place, chunk, place - before]))?;
                 }
             }
             Ok(())
@@ -200,17 +200,13 @@ fn code_all(
     answers.sorted_all(
         &mut answers.sorter(sorter_bytes(32, answers.records()))?,
         &mut |answers| {
-            for &Answer([to, number, chunk, rank]) in answers {
+            for &Answer([to, place, chunk, rank]) in answers {
                 if state.as_ref().is_none_or(|s| s.0 != to) {
                     flush(state.take())?;
                 }
                 let (_, code, coder) =
                     state.get_or_insert_with(|| (to, State::new(), Encoder::new(Vec::new())));
-                let reference = Reference {
-                    number,
-                    chunk,
-                    rank,
-                };
+                let reference = Reference { place, chunk, rank };
                 code.code(coder, reference);
             }
             Ok(())
@@ -231,7 +227,7 @@ impl State {
         State {
             model: Fast::new(),
             last: Reference {
-                number: 0,
+                place: 0,
                 chunk: 0,
                 rank: 0,
             },
@@ -242,7 +238,7 @@ impl State {
     /// Codes a reference, by what it is more than the last.
     fn code(&mut self, coder: &mut impl Coder, truth: Reference) -> Reference {
         let contexts = [0, 1, 2].map(Contexts::of);
-        let gap = truth.number.wrapping_sub(self.last.number);
+        let gap = truth.place.wrapping_sub(self.last.place);
         let gap = self
             .model
             .size(coder, model::REFERENCE, &contexts[0], 4, gap);
@@ -255,7 +251,7 @@ impl State {
             .model
             .number(coder, model::REFERENCE, &contexts[2], (6, 0), ranks);
         self.last = Reference {
-            number: self.last.number.wrapping_add(gap),
+            place: self.last.place.wrapping_add(gap),
             chunk: self.last.chunk.wrapping_add(step as u64),
             rank: self.last.rank.wrapping_add(ranks as u64),
         };
@@ -280,9 +276,9 @@ pub fn decode(bytes: &[u8], entry: &Entry, earlier: &[Entry]) -> Result<Vec<Refe
     let mut coder = Decoder::new(bytes);
     let mut state = State::new();
     for i in 0..entry.references {
-        let last = state.last.number;
+        let last = state.last.place;
         let none = Reference {
-            number: 0,
+            place: 0,
             chunk: 0,
             rank: 0,
         };
@@ -290,9 +286,9 @@ pub fn decode(bytes: &[u8], entry: &Entry, earlier: &[Entry]) -> Result<Vec<Refe
         let owner = usize::try_from(reference.chunk)
             .ok()
             .and_then(|c| earlier.get(c));
-        let ascends = i == 0 || reference.number > last;
+        let ascends = i == 0 || reference.place > last;
         let known = owner.is_some_and(|o| reference.rank < o.own());
-        if !ascends || !known || reference.number >= entry.vertices {
+        if !ascends || !known || reference.place >= entry.vertices {
             return Err(Damaged("a reference to no vertex of an earlier chunk"));
         }
         references.push(reference);

@@ -18,7 +18,8 @@ fn there_and_back(piece: &Piece) -> [usize; 2] {
     LEVELS.map(|level| {
         let coded = encode(piece, level).unwrap();
         assert_eq!(coded, encode(piece, level).unwrap(), "not the same twice");
-        let back = decode(&coded.bytes, coded.extent, level).unwrap();
+        let (back, places) = decode(&coded.bytes, coded.extent, level).unwrap();
+        assert_eq!(places, coded.places);
         let order = order(&coded.numbers);
         assert!(order.iter().all(|&v| v != NONE), "numbers are not dense");
         let positions: Vec<_> = order.iter().map(|&v| piece.positions[v as usize]).collect();
@@ -228,7 +229,7 @@ proptest! {
     ) {
         let extent = Extent { triangles, degenerate, vertices, loose, turns };
         for level in LEVELS {
-            if let Ok(back) = decode(&bytes, extent, level) {
+            if let Ok((back, _)) = decode(&bytes, extent, level) {
                 prop_assert_eq!(back.triangles.len(), triangles + degenerate);
                 prop_assert_eq!(back.positions.len(), vertices);
             }
@@ -243,7 +244,7 @@ proptest! {
             let mut bytes = coded.bytes.clone();
             let at = at.index(bytes.len());
             bytes[at] ^= 1 << bit;
-            if let Ok(back) = decode(&bytes, coded.extent, level) {
+            if let Ok((back, _)) = decode(&bytes, coded.extent, level) {
                 prop_assert_eq!(back.triangles.len(), surface.triangles.len());
             }
             prop_assert!(decode(&coded.bytes[..at], coded.extent, level).is_err());
