@@ -21,7 +21,7 @@ use super::{Damaged, Level, NONE};
 pub const TRIANGLE_BYTES: u64 = 103;
 /// Bytes a vertex: its number, position, valence, marks, and its coordinates while they are sorted,
 /// its place.
-pub const VERTEX_BYTES: u64 = 4 + 16 + 1 + 1 + 1 + 8 + 4;
+pub const VERTEX_BYTES: u64 = 4 + 16 + 1 + 1 + 4 + 8 + 5;
 /// Bytes a triangle that [`decode`] takes, its result included.
 pub const DECODE_BYTES: u64 = 148;
 /// Bytes of the models of either level.
@@ -176,16 +176,26 @@ fn decode_with<M: Model>(bytes: &[u8], extent: Extent) -> Result<(Piece, Vec<u32
     Ok((piece, places))
 }
 
-/// The numbers of a chunk's vertices in the order of their places: those on the rim first.
+/// The numbers of a chunk's vertices in the order of their places: first along the rim, each part of
+/// it from its least number on.
 ///
-/// Why: nearly all vertices that chunks share lie there, so few places are asked about, and those
-/// that follow each other along a seam are near each other in both chunks.
-fn places(rim: &[bool], vertices: usize) -> Vec<u32> {
-    let on = |v: &u32| rim.get(*v as usize) == Some(&true);
-    let all = 0..vertices as u32;
+/// Why: nearly all vertices that chunks share lie there, and those that follow each other along a
+/// seam have places that follow each other in both chunks.
+fn places(rim: &[u32], vertices: usize) -> Vec<u32> {
     let mut places = Vec::with_capacity(vertices);
-    places.extend(all.clone().filter(on));
-    places.extend(all.filter(|v| !on(v)));
+    let mut placed = vec![false; vertices];
+    for first in 0..vertices as u32 {
+        let mut v = first;
+        while let Some(&behind) = rim.get(v as usize)
+            && behind != NONE
+            && !std::mem::replace(&mut placed[v as usize], true)
+        {
+            places.push(v);
+            v = behind;
+        }
+    }
+    let others = (0..vertices as u32).filter(|v| !placed[*v as usize]);
+    places.extend(others);
     places
 }
 

@@ -186,7 +186,7 @@ impl<M: Model> Walk<M> {
         truth.meet(x, v);
         self.places.reserve(around.guess_of_parallelogram());
         self.valence.push(0);
-        self.rim.push(false);
+        self.rim.push(NONE);
         let f = self.open(e, v, x, truth, coder)?;
         if n != e && self.border[n].open {
             let y = truth.across(prev(x));

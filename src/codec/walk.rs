@@ -16,7 +16,7 @@
 //! tip where the bend is sharp, and a new vertex has coded triangles on two sides where it is not:
 //! the fan is followed to the right and left before the new vertex's position is coded.
 //!
-//! Memory: 18 bytes a vertex, 12 a triangle for the result, 32 and at most 24 more for each edge
+//! Memory: 21 bytes a vertex, 12 a triangle for the result, 32 and at most 24 more for each edge
 //! of the border and each change of it that is still listed. O(1) time a triangle, but for links.
 
 use super::border::Border;
@@ -41,8 +41,9 @@ pub struct Walk<M> {
     /// Positions, and how they were coded.
     pub places: Places,
     pub(super) valence: Vec<u8>,
-    /// Vertices at the end of a gate that was closed: those that other chunks may have too.
-    pub rim: Vec<bool>,
+    /// The vertex behind each along the rim, the gates that were closed; NONE of those that are not
+    /// on it.
+    pub rim: Vec<u32>,
     /// The triangles, by numbers of vertices.
     pub triangles: Vec<[u32; 3]>,
     pub(super) model: M,
@@ -190,7 +191,7 @@ impl<M: Model> Walk<M> {
                     let truth = truth.position(corner);
                     self.places.lone(&mut self.model, coder, k > 0, truth)?;
                     self.valence.push(0);
-                    self.rim.push(false);
+                    self.rim.push(NONE);
                     fresh
                 }
             };
@@ -373,7 +374,7 @@ impl<M: Model> Walk<M> {
         let contexts = Contexts::of(ends * 4 + wide);
         if self.model.bit(coder, model::BORDER, &contexts, !known) {
             self.border[e].open = false;
-            [a, b].iter().for_each(|&v| self.rim[v as usize] = true);
+            self.rim[a as usize] = b;
             self.touch(p);
             return Ok(());
         }
