@@ -1,14 +1,15 @@
 //! Triangles to chunks: by where they lie, whatever their order in the folder.
 //!
 //! Why a chunk need not follow the surface: its vertices are cheap when neighbours are in the same
-//! chunk, and a compact piece of space has few that are not. Space is cut along a Morton curve of
-//! 2^18 cubes into intervals with equal shares of the vertices; a triangle goes to the least
-//! interval of its vertices, so a vertex all of whose triangles go to its own interval is in no
-//! other. The others are marked. An interval with too many triangles is cut in file order.
+//! chunk, and a compact piece of space has few that are not. Space is [`cut`](super::cut) into boxes
+//! with about equal shares of the vertices, the *intervals*; a triangle goes to the least interval of
+//! its vertices, so a vertex all of whose triangles go to its own interval is in no other. The others
+//! are marked. An interval with too many triangles is cut in file order.
 //!
-//! Memory: 2 bytes and 2 bits a vertex of the mesh, 2 MiB for the cubes, a writer of the shuffle.
+//! Memory: 2 bytes and 2 bits a vertex of the mesh, 2.5 MiB for the cubes, a writer of the shuffle.
 //! I/O: G twice, V once; 20 bytes a triangle written (40 when ids are wide).
 
+use super::cut::Cubes;
 use super::grid::Grid;
 use crate::corner::Index;
 use crate::disk::{DataFile, Lease, Workspace};
@@ -19,8 +20,6 @@ use crate::shuffle::{Buckets, Plan, Record, Shuffle};
 use crate::table::array::{self, Coords, Width};
 use bytemuck::{Pod, Zeroable};
 
-/// Bits of an axis in the numbers of cubes.
-const CUBE_BITS: u32 = 6;
 /// The least memory of the writer of triangles.
 const LEAST_WRITER: u64 = 1 << 20;
 /// Rows of V or G that are read at a time.
@@ -106,7 +105,7 @@ pub(super) fn mark_bytes(vertices: u64) -> u64 {
 /// Bytes that are held besides while triangles are dealt, but for the writer.
 fn passing_bytes(vertices: u64, intervals: u64) -> u64 {
     let map = if intervals > 1 {
-        2 * vertices + (16 << (3 * CUBE_BITS))
+        2 * vertices + Cubes::BYTES
     } else {
         0
     };
@@ -226,28 +225,10 @@ impl Map {
                 high[k] = high[k].max(at[k]);
             }
         })?;
-        let extent = (0..3)
-            .map(|k| i64::from(high[k]) - i64::from(low[k]))
-            .fold(0, i64::max);
-        let shift = (64 - extent.leading_zeros()).saturating_sub(CUBE_BITS);
-        let cube = |at: [i32; 3]| {
-            let at = [0, 1, 2].map(|k| ((i64::from(at[k]) - i64::from(low[k])) >> shift) as usize);
-            (0..CUBE_BITS).fold(0, |m, b| {
-                m | (0..3).fold(0, |m, k| m | (at[k] >> b & 1) << (3 * b as usize + k))
-            })
-        };
-        let mut counts = vec![0u64; 1 << (3 * CUBE_BITS)];
-        each_vertex(ws, *kind, file, grid, vertices, |at| counts[cube(at)] += 1)?;
-        let mut before = 0;
-        for count in &mut counts {
-            let here = *count;
-            let middle = u128::from(before) + u128::from(here / 2);
-            *count = (middle * u128::from(intervals) / u128::from(vertices)) as u64;
-            before += here;
-        }
-        each_vertex(ws, *kind, file, grid, vertices, |at| {
-            of.push(counts[cube(at)] as u16);
-        })?;
+        let mut cubes = Cubes::new(low, high);
+        each_vertex(ws, *kind, file, grid, vertices, |at| cubes.add(at))?;
+        let parts = cubes.cut(intervals);
+        each_vertex(ws, *kind, file, grid, vertices, |at| of.push(parts.of(at)))?;
         Ok(Map { of })
     }
 }

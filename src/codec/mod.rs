@@ -23,6 +23,7 @@ pub mod border;
 pub mod chunk;
 mod chunks;
 mod code;
+mod cut;
 mod deal;
 pub mod decode;
 pub mod encode;
