@@ -1,6 +1,6 @@
 """A second decoder of `.cmz` files, written from `docs/format.md` alone.
 
-    decoder.py MESH.cmz OUT_PREFIX    writes OUT_PREFIXV.npy, and OUT_PREFIXG.npy when there are places
+    decoder.py MESH.cmz OUT_PREFIX ...    writes OUT_PREFIXV.npy, and OUT_PREFIXG.npy if any
 
 Made to be read beside that page, section by section; it shares nothing with the program. This file
 has the container and the streams behind a chunk (sections 1 and 7 to 9).
@@ -153,4 +153,8 @@ def main(path, prefix):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    for path, prefix in zip(sys.argv[1::2], sys.argv[2::2], strict=True):
+        try:
+            main(path, prefix)
+        except Exception as error:
+            raise SystemExit(f"{path}: {error!r}") from error

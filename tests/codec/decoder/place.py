@@ -328,7 +328,8 @@ class Position:
     def learn(self, place):
         """Learns the vertex, and gives how rough it was."""
         most, track = 1 << 40, self.track
-        miss = [held((x << 8) - guess, -most, most) for x, guess in zip(place, self.guess)]
+        whole = [(x << 8) - guess for x, guess in zip(place, self.guess)]
+        miss = [held(x, -most, most) for x in whole]
         rate = min(40, track[3] // 2 + 2)
         for i, e in enumerate(self.frame):
             x = sum(miss[axis] * e[axis] >> 20 for axis in range(3))
@@ -337,4 +338,4 @@ class Position:
         track[3] += 1
         self.set.learn(self.features, less(times(2, place), self.m))
         size = (self.size | 1).bit_length() - 1
-        return held(over(log4_of_square(miss) - 4 * size + 24, 8), 0, 11)
+        return held(over(log4_of_square(whole) - 4 * size + 24, 8), 0, 11)

@@ -182,7 +182,7 @@ class Chunk:
             h = self.tip(e, v)
             join(h, f)
             join(e, h)
-            return self.list(d, h, e)
+            return self.list(d, e, h)
         border = self.places.border(e, g, l)
         v = self.vertex()
         self.triangle(v, b, a)
