@@ -95,12 +95,12 @@ def decode(data):
     entries = data[at : -TAIL.size]
     assert end == b"CMZ end\n" and len(entries) == count * ENTRY.size
     assert xxh3(entries) == total, "the sum of the entries"
-    level, coordinates, _, ordered = head[2:6]
+    level, ordered = head[2], head[5]
     triangles, labels, points = [None] * head[6], [None] * head[6], [None] * head[7]
     row, first, owned = 0, 0, []
     for fields in ENTRY.iter_unpack(entries):
         entry = Entry(fields, data)
-        chunk = Chunk(entry.streams[0], entry, level == 1, coordinates != 0)
+        chunk = Chunk(entry.streams[0], entry, level == 1)
         chunk.decode()
         others = {}
         if entry.references:

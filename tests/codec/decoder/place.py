@@ -118,13 +118,13 @@ class Set:
 class Places:
     """The vertices of a chunk: points, how rough it was at each, on which lists they were."""
 
-    def __init__(self, coder, placed):
-        self.coder, self.placed = coder, placed
+    def __init__(self, coder):
+        self.coder = coder
         self.points, self.rough, self.listed = [], [], []
         self.lists, self.sets, self.tracks = [[], [], []], {}, {}
 
     def read_lists(self, vertices):
-        for values in self.lists if self.placed else ():
+        for values in self.lists:
             count = self.coder.magnitude(LIST, 0, 0)
             assert 4 * count <= vertices, f"a list of {count} values for {vertices} vertices"
             last, start = 0, 31
@@ -135,10 +135,8 @@ class Places:
 
     def lone(self, context):
         point = self.points[-1] if self.points else (0, 0, 0)
-        if self.placed:
-            steps = [self.coder.plain_number(LONE, axis + context, 8) for axis in range(3)]
-            point = add(point, steps)
-        self.keep(point, 6, 0)
+        steps = [self.coder.plain_number(LONE, axis + context, 8) for axis in range(3)]
+        self.keep(add(point, steps), 6, 0)
 
     def keep(self, point, rough, listed):
         self.points.append(point)
@@ -154,7 +152,7 @@ class Places:
         return names, [(gap > 9) + (gap > 14) for gap in (g, l)]
 
     def place(self, border, fan):
-        self.keep(*(Position(self, *border, fan).decode() if self.placed else ((0, 0, 0), 6, 0)))
+        self.keep(*Position(self, *border, fan).decode())
 
 
 def signed(x, logarithm, least, width, levels):

@@ -31,9 +31,9 @@ def join(e, f):
 
 
 class Chunk:
-    def __init__(self, data, entry, strong, placed):
+    def __init__(self, data, entry, strong):
         self.coder, self.entry = Coder(data, strong), entry
-        self.places = Places(self.coder, placed)
+        self.places = Places(self.coder)
         self.triangles, self.count = [], []
         self.slots, self.free = [], []
         self.stacks, self.time = [[] for _ in range(8)], 0
