@@ -228,23 +228,22 @@ class Chunk:
     def after_ear(self, e, listed):
         if listed:
             self.list(e, e.previous)
-        for x, y in (e.previous, e), (e, e.next):
+        whole = e.next is e.previous
+        for x, y in ((e.previous, e), (e, e.next))[: 1 if whole else 2]:
             there_and_back = x is not y and x.origin == y.end()
-            if there_and_back and x.open and y.open:
-                whole = y.next is x
-                if self.coder.choose(ZIP, int(whole)):
-                    self.drop(x)
-                    self.drop(y)
-                    if not whole:
-                        before = x.previous
-                        join(before, y.next)
-                        self.list(before)
-                    return
+            if there_and_back and x.open and y.open and self.coder.choose(ZIP, int(whole)):
+                self.drop(x)
+                self.drop(y)
+                if not whole:
+                    before = x.previous
+                    join(before, y.next)
+                    self.list(before)
+                return
 
     def linked(self, e):
         far = self.coder.plain_number(LINK, 0, 3)
         if far == 0:
-            return self.slots[self.coder.bits.plain((len(self.slots) - 1).bit_length())]
+            return self.slots[self.coder.bits.plain(len(self.slots).bit_length())]
         m = e.next if far > 0 else e
         for _ in range(abs(far)):
             m = m.next if far > 0 else m.previous
