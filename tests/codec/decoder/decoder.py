@@ -6,6 +6,7 @@ Made to be read beside that page, section by section; it shares nothing with the
 has the container and the streams behind a chunk (sections 1 and 7 to 9).
 """
 
+import itertools
 import struct
 import sys
 
@@ -32,14 +33,14 @@ class Entry:
 
 
 def references(data, count):
-    """The number of each reference in its chunk, the chunk that owns it, its rank there."""
+    """The place of each reference in its chunk, the chunk that owns it, its rank there."""
     coder = Coder(data, False)
-    number = chunk = rank = 0
+    place = chunk = rank = 0
     for _ in range(count):
-        number += coder.magnitude(REFERENCE, 0, 4)
+        place += coder.magnitude(REFERENCE, 0, 4)
         chunk += coder.plain_number(REFERENCE, 1, 0)
         rank += coder.plain_number(REFERENCE, 2, 6)
-        yield number, chunk, rank
+        yield place, chunk, rank
     coder.bits.end()
 
 
@@ -102,20 +103,20 @@ def decode(data):
         entry = Entry(fields, data)
         chunk = Chunk(entry.streams[0], entry, level == 1)
         chunk.decode()
-        others = {}
+        places, others = chunk.places(), {}
         if entry.references:
-            for number, owner, rank in references(entry.streams[1], entry.references):
-                others[number] = owned[owner][rank]
-        rows = [(row + i, 0) for i in range(len(chunk.triangles))]
-        own = iter(range(first, first + entry.vertices - entry.references))
-        names = [others[v] if v in others else next(own) for v in range(entry.vertices)]
+            for place, owner, rank in references(entry.streams[1], entry.references):
+                others[places[place]] = owned[owner][rank]
+        rows, names = [(row + i, 0) for i in range(len(chunk.triangles))], dict(others)
         if ordered:
             rows, names = kept_order(entry.streams[2], len(rows), entry.vertices)
-        owned.append([name for v, name in enumerate(names) if v not in others])
+        else:
+            names |= zip((v for v in places if v not in others), itertools.count(first))
+        owned.append([names[v] for v in places if v not in others])
         for v, name in others.items():
-            assert names[v] == name and points[name] == chunk.places.points[v], "a reference"
-        for name, point in zip(names, chunk.places.points):
-            points[name] = point
+            assert names[v] == name and points[name] == chunk.positions.points[v], "a reference"
+        for v, point in enumerate(chunk.positions.points):
+            points[names[v]] = point
         for (i, turn), triangle in zip(rows, chunk.triangles):
             a, b, c = (names[v] for v in triangle)
             triangles[i] = ((a, b, c), (c, a, b), (b, c, a))[turn]

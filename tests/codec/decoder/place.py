@@ -115,7 +115,7 @@ class Set:
         self.learned = weights
 
 
-class Places:
+class Positions:
     """The vertices of a chunk: points, how rough it was at each, on which lists they were."""
 
     def __init__(self, coder):

@@ -2,7 +2,7 @@
 
 from bits import BACK, BORDER, FAN_LEFT, FAN_RIGHT, LEFT, LINK, NEW, REVERSED, RIGHT, SEEN, ZIP
 from bits import Coder, held, log4
-from place import Places, add, dot, less, shifted
+from place import Positions, add, dot, less, shifted
 
 
 class Edge:
@@ -33,13 +33,13 @@ def join(e, f):
 class Chunk:
     def __init__(self, data, entry, strong):
         self.coder, self.entry = Coder(data, strong), entry
-        self.places = Places(self.coder)
+        self.positions = Positions(self.coder)
         self.triangles, self.count = [], []
-        self.slots, self.free = [], []
+        self.slots, self.free, self.behind = [], [], {}
         self.stacks, self.time = [[] for _ in range(8)], 0
 
     def decode(self):
-        self.places.read_lists(self.entry.vertices)
+        self.positions.read_lists(self.entry.vertices)
         while len(self.triangles) < self.entry.whole:
             self.seed()
             while e := self.next_gate():
@@ -50,6 +50,15 @@ class Chunk:
             self.lone(3 if i else 0)
         self.coder.bits.end()
 
+    def places(self):
+        """The vertices of the rim, as they follow each other there, then the others."""
+        placed = {}
+        for v in sorted(self.behind):
+            while v in self.behind and v not in placed:
+                placed[v] = None
+                v = self.behind[v]
+        return list(placed) + [v for v in range(len(self.count)) if v not in placed]
+
     # Vertices and triangles
 
     def vertex(self):
@@ -57,7 +66,7 @@ class Chunk:
         return len(self.count) - 1
 
     def lone(self, context):
-        self.places.lone(context)
+        self.positions.lone(context)
         return self.vertex()
 
     def back(self, main):
@@ -118,7 +127,7 @@ class Chunk:
         return None
 
     def gap(self, e, q, at_end):
-        points = self.places.points
+        points = self.positions.points
         a, b, p, q = (points[v] for v in (e.origin, e.end(), e.apex, q))
         _, (p, q, b) = shifted(29, less(p, a), less(q, a), less(b, a))
         side = less(q, b) if at_end else q
@@ -167,6 +176,7 @@ class Chunk:
         sides = (g > 12 or not ask_right) + 2 * (l > 12 or not ask_left)
         if choose(BORDER, 4 * (f.open + 2 * d.open) + sides):
             e.open = False
+            self.behind[a] = b
             return self.list(d)
         if not choose(NEW, min(g if ask_right else 23, l if ask_left else 23)):
             m = self.linked(e)
@@ -183,7 +193,7 @@ class Chunk:
             join(h, f)
             join(e, h)
             return self.list(d, e, h)
-        border = self.places.border(e, g, l)
+        border = self.positions.border(e, g, l)
         v = self.vertex()
         self.triangle(v, b, a)
         h = self.tip(e, v)
@@ -202,7 +212,7 @@ class Chunk:
             self.ear_left(e, False)
         elif left:
             e.no_left = ear(d, e)
-        self.places.place(border, fan)
+        self.positions.place(border, fan)
         self.list(e.previous, h, e)
 
     def tip(self, e, v):
