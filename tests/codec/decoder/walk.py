@@ -6,7 +6,7 @@ from place import Positions, add, dot, less, shifted
 
 
 class Edge:
-    """One of the border; `known` holds how the edges were when its ear there was denied."""
+    """One of the border; `no_right` and `no_left` hold the ears that a fan denied it."""
 
     def __init__(self, slot, origin, apex, far):
         self.slot, self.origin, self.apex, self.far = slot, origin, apex, far
