@@ -3,6 +3,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod decoder;
 mod golden;
 mod order;
 mod part;
