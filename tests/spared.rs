@@ -3,8 +3,9 @@
 
 mod common;
 
+use clap::Parser;
 use common::run::{Run, cornermill, run};
-use cornermill::build::Builder;
+use cornermill::build::{Builder, Strategy};
 use cornermill::disk::Progress;
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -276,6 +277,56 @@ fn an_input_that_changes_while_it_is_read_gives_no_folder() {
         Path::new("-q"),
     ])
     .expect(0);
+}
+
+/// Passes that read V again must not take its ids for what they were when they were checked.
+#[test]
+fn ids_that_change_between_passes_are_told_and_not_followed() {
+    let place = Place::new();
+    let v = place.path("s.npy");
+    let line = [
+        "data-gen", "sphere", "-t", "4000", "--order", "shuffle", "-o",
+    ];
+    let words = line
+        .map(Into::into)
+        .into_iter()
+        .chain([v.clone().into_os_string()]);
+    data_gen::args::run(&data_gen::Args::parse_from(words)).expect("a mesh");
+    let g = place.path("s.G.npy");
+    let whole = fs::read(&v).expect("the array");
+    let mut other = whole.clone();
+    other[128..]
+        .as_chunks_mut::<4>()
+        .0
+        .fill(0x7fff_fff0u32.to_le_bytes());
+    for (strategy, passes) in [
+        (
+            Strategy::Memory,
+            &["chunks", "seams", "stars", "components"][..],
+        ),
+        (Strategy::ByPlace, &["settle", "assemble"]),
+        (Strategy::ById, &["cells", "components", "assemble"]),
+    ] {
+        for (&when, memory) in passes.iter().flat_map(|when| [(when, 64), (when, 4)]) {
+            let (victim, other) = (v.clone(), other.clone());
+            let change = Box::new(move || fs::write(victim, other).expect("it is changed"));
+            let progress = Changes {
+                when,
+                change: Mutex::new(Some(change)),
+            };
+            let out = place.path("changed.ct");
+            let builder = Builder::new(&v).positions(&g).progress(Arc::new(progress));
+            let builder = builder.memory(memory << 20).threads(2).strategy(strategy);
+            let built = builder.chunk_triangles(256).build(&out);
+            let said = built.expect_err(when).to_string();
+            assert!(
+                said.contains("changed while it was read") && said.contains("s.npy"),
+                "{strategy:?}, {when}, {memory} MiB: {said}"
+            );
+            assert!(!out.exists() && !work_of(&out).exists());
+            fs::write(&v, &whole).expect("it is as before");
+        }
+    }
 }
 
 #[test]
