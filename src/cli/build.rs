@@ -186,14 +186,16 @@ pub(super) fn run(args: &BuildArgs) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Predicts; a budget that is too small is told when the prediction was printed.
+/// Predicts; what cannot fit is told when the prediction was printed.
 fn dry_run(args: &BuildArgs, output: &Path, json: Option<Json>) -> Result<Outcome> {
-    let prediction = builder(args).predict(output)?;
+    let builder = builder(args);
+    let prediction = builder.predict(output)?;
     let predicted = report::predicted(&prediction);
     show(args, json, &predicted, || {
         report::render_predicted(&predicted)
     })?;
     prediction.check()?;
+    builder.check_room(&prediction, output)?;
     Ok(Outcome::Done)
 }
 

@@ -31,6 +31,8 @@ pub struct Survey {
     pub coords: Option<CoordKind>,
     /// True when the counts are certain, false when they are estimates.
     pub exact: bool,
+    /// Triangles and vertices that the mesh has at least, or is no mesh.
+    pub least: [u64; 2],
     /// Bytes of the input's files.
     pub input_bytes: u64,
     /// True when V is decoded to a scratch file, false when it is used where it lies.
@@ -50,6 +52,7 @@ pub(super) struct Counted {
     pub vertices: u64,
     pub coords: CoordKind,
     pub exact: bool,
+    pub least: [u64; 2],
 }
 
 /// Surveys the input that the request names.
@@ -109,12 +112,14 @@ fn survey_arrays(request: &Request, format: Format, arrays: &Arrays) -> Result<S
         input_bytes += g.source.data().len()?;
     }
     let welded = welds(request, format);
+    let vertices = g.as_ref().map(|g| g.vertices).or(request.vertices);
     Ok(Survey {
         format,
         triangles: v.triangles,
-        vertices: g.as_ref().map(|g| g.vertices).or(request.vertices),
+        vertices,
         coords: g.as_ref().map(|g| request.coords.unwrap_or(g.kind)),
         exact: !welded,
+        least: at_least([v.triangles, vertices.unwrap_or(0)], welded),
         input_bytes,
         decoded: welded,
         welded,
@@ -147,12 +152,19 @@ fn survey_stream(request: &Request, format: Format, reader: ByteReader) -> Resul
         vertices: Some(counted.vertices),
         coords: Some(coords),
         exact: counted.exact && !welded,
+        least: at_least(counted.least, welded),
         input_bytes: length,
         decoded: true,
         welded,
         v_row,
         rows: (format != Format::Stl).then_some([v_row, 3 * coords.bytes()]),
     })
+}
+
+/// What a weld leaves for certain of so many triangles and vertices: of the latter one, perhaps.
+fn at_least([triangles, vertices]: [u64; 2], welded: bool) -> [u64; 2] {
+    let most = if welded { 1 } else { u64::MAX };
+    [triangles, vertices.min(most)]
 }
 
 /// Bytes of a triangle in the scratch file of indices.
@@ -187,6 +199,7 @@ fn count_off(reader: ByteReader, length: u64) -> Result<Counted> {
         vertices,
         coords: CoordKind::F4,
         exact: false,
+        least: [faces, vertices],
     })
 }
 
@@ -205,11 +218,13 @@ fn count_obj(reader: &ByteReader) -> Result<Counted> {
         vertices,
         coords: CoordKind::F4,
         exact: false,
+        least: [0, 0],
     })
 }
 
 fn count_stl(mut reader: ByteReader) -> Result<Counted> {
-    let triangles = match stl::stated(&mut reader)? {
+    let stated = stl::stated(&mut reader)?;
+    let triangles = match stated {
         Some(facets) => facets,
         None => {
             let end = |word: &[u8]| word.eq_ignore_ascii_case(b"endfacet");
@@ -222,6 +237,7 @@ fn count_stl(mut reader: ByteReader) -> Result<Counted> {
         vertices: closed_vertices(triangles),
         coords: CoordKind::F4,
         exact: false,
+        least: [stated.unwrap_or(0), 0],
     })
 }
 

@@ -45,11 +45,14 @@ pub fn count(mut reader: ByteReader, length: u64) -> Result<Counted> {
     } else {
         in_bytes(plans, faces, data - least)
     };
+    let vertices = rows(|s| matches!(s, Step::Coord(..)));
     Ok(Counted {
         triangles,
-        vertices: rows(|s| matches!(s, Step::Coord(..))),
+        vertices,
         coords: outline.kind,
         exact,
+        // A face makes a triangle at least.
+        least: [if exact { triangles } else { faces }, vertices],
     })
 }
 
