@@ -40,6 +40,8 @@ pub(super) struct Arrays {
     pub(super) g: Option<(DataFile, bool)>,
     /// What only measured folders have.
     pub(super) measured: Option<Lists>,
+    /// What only filtered folders have: the ids that triangles and vertices had.
+    pub(super) maps: Option<[Ids; 2]>,
 }
 
 /// The lists of measured folders.
@@ -49,7 +51,7 @@ pub(super) struct Lists {
 }
 
 /// The arrays that are checked beyond their checksums.
-const KNOWN: [&str; 11] = [
+const KNOWN: [&str; 13] = [
     folder::V,
     folder::O,
     folder::G,
@@ -61,7 +63,12 @@ const KNOWN: [&str; 11] = [
     folder::NONMANIFOLD_VERTICES,
     folder::DUPLICATE,
     folder::DEGENERATE,
+    folder::MAP_TRIANGLE,
+    folder::MAP_VERTEX,
 ];
+
+/// The format of the input of a filtered folder.
+const FILTERED: &str = "filter";
 
 /// Most remarks about unknown files.
 const FEW_NOTES: usize = 20;
@@ -356,6 +363,11 @@ pub(super) fn arrays(
             ("null beside a G.npy".into(), "f4 or f8".into())
         });
     }
+    let mapped = manifest.input.format == FILTERED;
+    if mapped {
+        want.rows(folder::MAP_TRIANGLE, "<u8", (None, 8), Some(triangles));
+        want.rows(folder::MAP_VERTEX, "<u8", (None, 8), Some(vertices));
+    }
     let known = matches!(manifest.index.as_str(), "u4" | "u8")
         && matches!(manifest.coords.as_deref(), None | Some("f4" | "f8"));
     let large = u64::from(u32::MAX);
@@ -375,6 +387,13 @@ pub(super) fn arrays(
         Ok(Ids {
             file: file(name)?,
             wide: item == 8,
+            len,
+        })
+    };
+    let map = |name: &str, len: u64| -> Result<Ids> {
+        Ok(Ids {
+            file: file(name)?,
+            wide: true,
             len,
         })
     };
@@ -402,6 +421,13 @@ pub(super) fn arrays(
                 nonmanifold_vertices: ids(folder::NONMANIFOLD_VERTICES, lists[0])?,
                 duplicate: ids(folder::DUPLICATE, lists[1])?,
             }),
+            false => None,
+        },
+        maps: match mapped {
+            true => Some([
+                map(folder::MAP_TRIANGLE, triangles)?,
+                map(folder::MAP_VERTEX, vertices)?,
+            ]),
             false => None,
         },
     }))

@@ -38,6 +38,7 @@ mod far;
 mod files;
 mod links;
 mod listing;
+mod maps;
 mod measured;
 mod measures;
 mod range;
@@ -214,6 +215,7 @@ impl Contents<'_> {
             polygons_fanned: self.manifest.counts.polygons_fanned,
         };
         counts::check(self.findings, &self.manifest.counts, &counts);
+        maps::check(ws, arrays, self.findings)?;
         if let Some((told, valences)) = told.zip(valences) {
             self.measures(&counts, &told, valences, kinds.smesh);
         }
