@@ -121,6 +121,8 @@ fn only_mesh_folders_with_nothing_else_in_them_are_replaced() {
             .expect(0);
     }
     place.run("verify kept.ct").expect(0);
+    symlink("kept.ct", place.path("link.ct")).expect("a link");
+    every("link.ct", "is a link to kept.ct");
     every("m.ct/inner.ct", "lies in a mesh folder");
     every("-", "names no folder");
 }
@@ -189,6 +191,24 @@ fn devices_are_not_replaced_by_files() {
     }
     place.refuse("picture m.ct -o -", "no name of one");
     place.refuse("encode m.ct -o - --exact", "no name of one");
+}
+
+#[test]
+fn links_are_not_replaced_by_files() {
+    let place = Place::new();
+    place.put("kept.obj", "work of years");
+    for to in ["kept.obj", "nowhere"] {
+        symlink(to, place.path("link.obj")).expect("a link");
+        for line in [
+            "export m.ct -o link.obj --force",
+            "encode m.ct -o link.obj --exact --force",
+            "picture m.ct -o link.obj --force",
+            "build m.obj -o n.ct --json=link.obj --force",
+        ] {
+            place.refuse(line, &format!("is a link to {to}"));
+        }
+        fs::remove_file(place.path("link.obj")).expect("it is removed");
+    }
 }
 
 #[test]
