@@ -64,7 +64,7 @@ impl Builder {
                 weld: None,
                 coords: None,
                 raw_index: None,
-                endian: Endian::Little,
+                endian: None,
                 vertices: None,
                 format: None,
                 wide: false,
@@ -149,7 +149,7 @@ impl Builder {
 
     /// Byte order of raw arrays.
     pub fn endian(mut self, endian: Endian) -> Self {
-        self.request.endian = endian;
+        self.request.endian = Some(endian);
         self
     }
 
@@ -323,7 +323,7 @@ impl Builder {
             ("--weld", said(&request.weld)),
             ("--coords", said(&request.coords)),
             ("--raw-index", said(&request.raw_index)),
-            ("--endian", said(&request.endian)),
+            ("--endian", said(&request.endian.unwrap_or_default())),
             ("--vertices", said(&request.vertices)),
             ("--format", said(&request.format)),
             ("--strategy", said(&self.strategy)),

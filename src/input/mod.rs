@@ -199,8 +199,8 @@ pub struct Request {
     pub coords: Option<CoordKind>,
     /// Index type of a raw V; its presence makes the input raw.
     pub raw_index: Option<IndexKind>,
-    /// Byte order of raw arrays.
-    pub endian: Endian,
+    /// `--endian`: byte order of raw arrays; little when nothing is said.
+    pub endian: Option<Endian>,
     /// Number of vertices of a raw or `.npy` V.
     pub vertices: Option<u64>,
     /// `--format`: instead of looking at the name and the first bytes.

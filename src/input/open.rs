@@ -11,6 +11,7 @@ use super::reader::{ByteReader, PEEK};
 use super::{Format, Mesh, Request, obj, off, ply, stl, weld};
 use crate::disk::Workspace;
 use crate::error::{Error, Result};
+use crate::folder::is_mesh_folder;
 use std::path::Path;
 
 /// What is read, for messages.
@@ -55,6 +56,7 @@ pub(super) fn find(ws: &Workspace, request: &Request) -> Result<(Format, Option<
             let mut reader = if stdin {
                 ByteReader::from_stdin(ws)?
             } else {
+                refuse_folder(&request.path)?;
                 ByteReader::open(ws, &request.path)?
             };
             let first = reader.peek(PEEK)?.to_vec();
@@ -81,6 +83,21 @@ pub(super) fn find(ws: &Workspace, request: &Request) -> Result<(Format, Option<
         ));
     }
     Ok((format, None))
+}
+
+/// A folder is no mesh file, and least of all one that was built already.
+fn refuse_folder(path: &Path) -> Result<()> {
+    if !path.is_dir() {
+        return Ok(());
+    }
+    let (found, help) = if is_mesh_folder(path) {
+        let help = "it is built already: `cornermill info` says what it holds, `verify` checks it, \
+                    `export` writes it as a mesh file";
+        ("a mesh folder", help)
+    } else {
+        ("a folder (directory)", "give the name of a file in it")
+    };
+    Err(Error::input(path, "", SUPPORTED, found, help))
 }
 
 /// Decodes a streamable format, and welds when that is asked for or needed.
@@ -146,6 +163,13 @@ pub(super) fn find_arrays(ws: &Workspace, request: &Request, format: Format) -> 
                 .into(),
         ));
     }
+    if request.coords.is_some() && arrays.g.is_none() {
+        return Err(Error::Usage(
+            "--coords is the type of stored coordinates, but this mesh has none; give them with \
+             --positions, or leave it away"
+                .into(),
+        ));
+    }
     Ok(arrays)
 }
 
@@ -172,6 +196,12 @@ fn check_options(request: &Request, format: Format) -> Result<()> {
     }
     if !arrays && request.vertices.is_some() {
         return refuse("--vertices is for .npy and raw arrays; this format has its own");
+    }
+    if format != Format::Raw && request.endian.is_some() {
+        return refuse(
+            "--endian is for raw arrays (--raw-index): every other format says itself what its byte \
+             order is; leave it away",
+        );
     }
     if format == Format::Stl && request.weld == Some(false) {
         return refuse(

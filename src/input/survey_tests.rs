@@ -138,7 +138,7 @@ fn stl_in_both_forms() {
 fn arrays_are_exact() {
     let ids: Vec<u8> = [0u64, 1, 2, 2, 1, 3].map(u64::to_be_bytes).concat();
     let raw = |r: &mut Request| {
-        (r.raw_index, r.endian) = (Some(IndexKind::I8), Endian::Big);
+        (r.raw_index, r.endian) = (Some(IndexKind::I8), Some(Endian::Big));
         r.vertices = Some(9);
     };
     let (surveyed, opened) = both("v", &ids, raw);
