@@ -71,7 +71,10 @@ impl Builder {
     fn looked(&self, mut told: Prediction) -> Result<Prediction> {
         if let Some(mut look) = input::Look::at(&self.request)? {
             let (vertices, chunk) = (told.shape.vertices, told.plan.chunk);
-            told.expect(Nature::of(&mut look, vertices, chunk)?);
+            let nature = Nature::of(&mut look, vertices, chunk)?;
+            if nature.looked > 0 {
+                told.expect(nature);
+            }
         }
         Ok(told)
     }

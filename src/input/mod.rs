@@ -10,12 +10,14 @@
 
 pub mod arrays;
 mod keep;
+mod lines;
 mod look;
 mod number;
 mod obj;
 mod off;
 mod open;
 mod ply;
+mod polygons;
 pub mod reader;
 mod sample;
 pub mod sink;

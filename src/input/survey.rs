@@ -8,9 +8,9 @@
 //! Memory: buffers of 1 MiB. I/O: the header; of a text 1 MiB. Nothing is written.
 
 use super::arrays::Arrays;
+use super::lines::{Column, Form, Lines};
 use super::open::{begin, find, find_arrays, welds};
 use super::reader::ByteReader;
-use super::sample::{Sample, words};
 use super::{CoordKind, Format, Request, off, ply, stl};
 use crate::disk::{Budget, Counters, NoProgress, Scratch, Workers, Workspace, fs};
 use crate::error::{Error, Result};
@@ -189,13 +189,13 @@ pub(super) fn refuse_beyond(path: &Path, least: u64, have: u64) -> Result<()> {
 
 fn count_off(reader: ByteReader, length: u64) -> Result<Counted> {
     let path = reader.path().to_owned();
-    let [vertices, faces] = off::stated(reader)?;
+    let ([vertices, faces], from) = off::stated(reader)?;
     // The shortest rows, `0 0 0` and `3 0 0 0`, with the ends of their lines.
     let rows = vertices.saturating_mul(6);
     refuse_beyond(&path, rows.saturating_add(faces.saturating_mul(8)), length)?;
-    let fans = Sample::open(&path)?.last_fans()?;
+    let lines = Lines::map(&path, off_form(), from, Some(faces))?;
     Ok(Counted {
-        triangles: (faces as f64 * fans).round() as u64,
+        triangles: lines.triangles(),
         vertices,
         coords: CoordKind::F4,
         exact: false,
@@ -203,19 +203,42 @@ fn count_off(reader: ByteReader, length: u64) -> Result<Counted> {
     })
 }
 
+/// Behind the corners of a face may stand its colour.
+fn off_form() -> Form {
+    Form::Rows(vec![Column::Face(0, 0)], false)
+}
+
+/// The triangles of an OFF file.
+///
+/// # Errors
+/// As [`off::stated`].
+pub(super) fn off_lines(reader: ByteReader) -> Result<Lines> {
+    let path = reader.path().to_owned();
+    let ([_, faces], from) = off::stated(reader)?;
+    Lines::map(&path, off_form(), from, Some(faces))
+}
+
+/// The triangles of an OBJ file.
+///
+/// # Errors
+/// [`Error::Io`].
+pub(super) fn obj_lines(reader: &ByteReader) -> Result<Lines> {
+    Lines::map(reader.path(), Form::Statements, 0, None)
+}
+
+/// The triangles of an STL file in text.
+///
+/// # Errors
+/// [`Error::Io`].
+pub(super) fn stl_lines(reader: &ByteReader) -> Result<Lines> {
+    Lines::map(reader.path(), Form::Facets, 0, None)
+}
+
 fn count_obj(reader: &ByteReader) -> Result<Counted> {
-    let sample = Sample::open(reader.path())?;
-    let [vertices, triangles] = sample.sums(|line| {
-        let mut words = words(line);
-        match words.next() {
-            Some(b"v") => [1, 0],
-            Some(b"f" | b"fo") => [0, (words.count() as u64).saturating_sub(2)],
-            _ => [0, 0],
-        }
-    })?;
+    let lines = obj_lines(reader)?;
     Ok(Counted {
-        triangles,
-        vertices,
+        triangles: lines.triangles(),
+        vertices: lines.vertices,
         coords: CoordKind::F4,
         exact: false,
         least: [0, 0],
@@ -226,11 +249,7 @@ fn count_stl(mut reader: ByteReader) -> Result<Counted> {
     let stated = stl::stated(&mut reader)?;
     let triangles = match stated {
         Some(facets) => facets,
-        None => {
-            let end = |word: &[u8]| word.eq_ignore_ascii_case(b"endfacet");
-            let facets = |line: &[u8]| [words(line).filter(|w| end(w)).count() as u64];
-            Sample::open(reader.path())?.sums(facets)?[0]
-        }
+        None => stl_lines(&reader)?.triangles(),
     };
     Ok(Counted {
         triangles,
