@@ -5,7 +5,7 @@
 //!
 //! Memory: a buffer of 32 KiB. I/O: both maps once.
 
-use super::files::Arrays;
+use super::open::Arrays;
 use super::read::{IdReader, Ids};
 use super::verdict::{At, Check, Findings, id};
 use crate::disk::Workspace;

@@ -41,6 +41,7 @@ mod listing;
 mod maps;
 mod measured;
 mod measures;
+mod open;
 mod range;
 mod read;
 mod row;
@@ -62,9 +63,9 @@ use crate::error::{Error, Result};
 use crate::folder::{ComponentRow, Counts, Manifest, Measures};
 use coords::Coords;
 use edge_record::{EdgeRecord, Narrow, Wide};
-use files::Arrays;
 use links::Links;
 use measured::{Measured, Told};
+use open::Arrays;
 use rows::MeasuredRow;
 use sort::Sorter;
 use spool::Spool;
@@ -116,7 +117,7 @@ pub fn verify(ws: &Workspace, path: &Path, limits: Limits) -> Result<Verdict> {
     let mut checked = Checked::default();
     let mut complete = false;
     if files::check(ws, path, &manifest, &findings, &mut checked)?
-        && let Some(arrays) = files::arrays(ws, path, &manifest, &findings)?
+        && let Some(arrays) = open::arrays(ws, path, &manifest, &findings)?
     {
         let sound = Contents {
             ws,
