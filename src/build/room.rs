@@ -14,6 +14,7 @@ use super::predict::{Prediction, arrays};
 use super::way::Way;
 use crate::disk::{Scratch, Workspace, space};
 use crate::error::{Error, Result};
+use crate::folder::{self, FileEntry};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -156,7 +157,9 @@ pub fn with_need(error: Error, job: &Job) -> Error {
 }
 
 fn output_bytes(shape: &Shape) -> u64 {
-    arrays(shape).iter().map(|a| a.bytes).sum()
+    // Bits of triangles that are not flipped are holes.
+    let written = |array: &&FileEntry| array.name != folder::FLIPPED;
+    arrays(shape).iter().filter(written).map(|a| a.bytes).sum()
 }
 
 /// Bytes that the files of a folder take on disk.

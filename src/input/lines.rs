@@ -78,7 +78,12 @@ impl Lines {
                 faces += u64::from(triangles.len() > had);
             }
             let by = length / text.len().max(1) as f64;
-            let counts = [triangles.len() as u64, faces, seen.vertices];
+            // A facet that began before the part ends in it as well.
+            let triangles = match form {
+                Form::Facets => seen.facets,
+                _ => triangles.len() as u64,
+            };
+            let counts = [triangles, faces, seen.vertices];
             stretch = length;
             found.push(counts.map(|n| n as f64 * by));
         })?;
@@ -181,7 +186,8 @@ struct Seen {
     /// From where on vertices are counted: more than there are before.
     begin: u64,
     vertices: u64,
-    /// Corners of a facet.
+    /// Facets that ended, and the corners of the next.
+    facets: u64,
     facet: Vec<u64>,
     corners: Vec<u64>,
 }
@@ -191,6 +197,7 @@ impl Seen {
         Seen {
             begin,
             vertices: 0,
+            facets: 0,
             facet: Vec::new(),
             corners: Vec::new(),
         }
@@ -205,7 +212,7 @@ impl Seen {
                 }
             }
             Form::Statements => self.statement(line, into),
-            Form::Facets => self.facets(line, into),
+            Form::Facets => self.places(line, into),
         }
     }
 
@@ -255,7 +262,7 @@ impl Seen {
         }
     }
 
-    fn facets(&mut self, line: &[u8], into: &mut Vec<[u64; 3]>) {
+    fn places(&mut self, line: &[u8], into: &mut Vec<[u64; 3]>) {
         let mut words = words(line);
         while let Some(word) = words.next() {
             if word.eq_ignore_ascii_case(b"vertex") {
@@ -271,6 +278,7 @@ impl Seen {
                     into.push([a, b, c]);
                 }
                 self.facet.clear();
+                self.facets += 1;
             }
         }
     }
