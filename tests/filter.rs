@@ -9,9 +9,11 @@ use common::mesh::Mesh;
 use common::random::Random;
 use common::run::{Run, cornermill};
 use common::{npy::Npy, zoo};
+use cornermill::folder::Manifest;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::Path;
+use xxhash_rust::xxh3::xxh3_64;
 
 /// A condition as options, and the components that meet it.
 struct Choice {
@@ -459,5 +461,52 @@ fn a_damaged_source_is_named_and_makes_no_folder() {
             "{name} {bytes:?}: no {words:?} in {said}"
         );
         assert!(!out.exists());
+    }
+}
+
+/// Gives the manifest the checksums of what is there.
+fn seal(folder: &Path) {
+    let mut manifest = Manifest::read(folder).expect("a manifest");
+    for entry in &mut manifest.files {
+        let bytes = std::fs::read(folder.join(&entry.name)).expect("an array");
+        entry.blocks = vec![format!("{:016x}", xxh3_64(&bytes))];
+    }
+    std::fs::write(folder.join("manifest.json"), manifest.to_text()).expect("it is written");
+}
+
+#[test]
+fn verify_holds_the_maps_to_what_a_filter_makes() {
+    let bench = Bench::new(&common::bench::mixture(3));
+    let (source, folder) = (bench.build("source.ct", &[]), bench.path("part.ct"));
+    let [source, part] = [&source, &folder].map(|path| path.as_os_str());
+    cornermill([
+        "filter".as_ref(),
+        source,
+        "-o".as_ref(),
+        part,
+        "--largest=2".as_ref(),
+    ])
+    .expect(0);
+    let verify = || cornermill(["verify".as_ref(), folder.as_os_str()]);
+    let sound = verify().expect(0);
+    assert!(!sound.stdout.contains("map_"), "{sound}");
+    for name in ["map_triangle.npy", "map_vertex.npy"] {
+        let path = folder.join(name);
+        let bytes = std::fs::read(&path).expect("a map");
+        for (row, id) in [(1, 0), (2, u64::MAX), (0, 1 << 56), (3, u64::MAX >> 1)] {
+            let mut wrong = bytes.clone();
+            wrong[4096 + 8 * row..][..8].copy_from_slice(&id.to_le_bytes());
+            std::fs::write(&path, &wrong).expect("it is written");
+            seal(&folder);
+            let run = verify().expect(1);
+            let at = format!("{name}: row {row}: ");
+            assert!(
+                run.stdout.contains(&at) && run.stdout.contains("maps: 1 in all"),
+                "{run}"
+            );
+        }
+        std::fs::write(&path, &bytes).expect("it is written");
+        seal(&folder);
+        verify().expect(0);
     }
 }

@@ -1,7 +1,13 @@
 //! The scratch space that a dry run expects of a mesh is what its build takes, within a fifth.
 
+mod common;
+
 use clap::Parser;
+use common::formats;
+use common::random::Random;
+use common::surfaces;
 use cornermill::build::Builder;
+use std::fmt::Write;
 use std::path::Path;
 
 /// What is not worth foretelling: shuffles keep so much in memory, or not.
@@ -74,4 +80,126 @@ fn of_hubs_and_crowds() {
     holds("cone -t 200k", "a.npy", &[32]);
     holds("fan -t 100k", "a.npy", &[4]);
     holds("soup -t 100k", "a.npy", &[4]);
+}
+
+/// Foretells and builds a file of these bytes, which has so many triangles.
+fn holds_of(what: &str, (name, bytes): (&str, &[u8]), triangles: u64, budgets: &[u64]) {
+    let dir = tempfile::Builder::new().tempdir_in(env!("CARGO_TARGET_TMPDIR"));
+    let dir = dir.expect("a temporary directory");
+    let file = dir.path().join(name);
+    std::fs::write(&file, bytes).expect("a mesh");
+    for &mib in budgets {
+        let builder = Builder::new(&file).checkpoint(None).force(true);
+        let builder = builder.memory(mib << 20).threads(2);
+        let what = format!("{what} as {name} in {mib} MiB");
+        let output = dir.path().join("out.ct");
+        let told = builder
+            .predict(&output)
+            .expect("a prediction")
+            .survey
+            .triangles;
+        let off = told.abs_diff(triangles);
+        assert!(
+            20 * off <= triangles,
+            "{what}: {told} triangles of {triangles}"
+        );
+        near(&what, &builder, &output);
+    }
+}
+
+#[test]
+fn of_texts() {
+    let mut mesh = surfaces::torus(250, 320);
+    for what in ["coherent", "shuffled"] {
+        let files = [
+            ("a.ply", formats::ply_ascii(&mesh)),
+            ("a.obj", formats::obj(&mesh)),
+            ("a.off", formats::off(&mesh)),
+            ("a.stl", formats::stl_ascii(&mesh, "\r\n", 1)),
+        ];
+        for (name, bytes) in files {
+            let least = if name == "a.stl" { 16 } else { 4 };
+            holds_of(what, (name, &bytes), 160_000, &[least]);
+        }
+        mesh.shuffle(&mut Random::new(5));
+    }
+}
+
+/// A torus whose faces are squares first, and squares cut in two then: corners, and bytes of a row of
+/// a binary file, tell little of triangles.
+#[test]
+fn of_polygons() {
+    let mesh = surfaces::torus(250, 320);
+    let pairs = mesh.triangles.as_chunks::<2>().0;
+    let mut faces: Vec<Vec<u32>> = Vec::new();
+    for (i, [one, other]) in pairs.iter().enumerate() {
+        // The corner of the other triangle that is none of this one.
+        let across = other.iter().find(|v| !one.contains(v)).expect("a square");
+        let k = (0..3)
+            .find(|&k| !other.contains(&one[k]))
+            .expect("a square");
+        let [a, b, c] = [0, 1, 2].map(|j| one[(k + j) % 3]);
+        if i < pairs.len() / 2 {
+            faces.push(vec![a, b, *across, c]);
+        } else {
+            faces.extend([one.to_vec(), other.to_vec()]);
+        }
+    }
+    for what in ["coherent polygons", "shuffled polygons"] {
+        let (n, f) = (mesh.positions.len(), faces.len());
+        let header = |format: &str, more: &str| {
+            format!(
+                "ply\nformat {format} 1.0\nelement vertex {n}\nproperty float x\nproperty float y\n\
+                 property float z\nelement face {f}\nproperty list uchar int vertex_indices\n{more}\
+                 end_header\n"
+            )
+        };
+        let mut rows = String::new();
+        let mut statements = String::new();
+        let mut binary = header("binary_big_endian", "").into_bytes();
+        // A second list leaves the number of triangles open.
+        let list = "property list uchar float texcoord\n";
+        let mut listed = header("binary_little_endian", list).into_bytes();
+        for p in &mesh.positions {
+            let [x, y, z] = p;
+            let _ = writeln!(rows, "{x} {y} {z}");
+            let _ = writeln!(statements, "v {x} {y} {z}\nvt {x} {y}");
+            binary.extend(p.iter().flat_map(|x| x.to_be_bytes()));
+            listed.extend(p.iter().flat_map(|x| x.to_le_bytes()));
+        }
+        for face in &faces {
+            let _ = write!(rows, "{}", face.len());
+            statements.push('f');
+            binary.push(face.len() as u8);
+            listed.push(face.len() as u8);
+            for &v in face {
+                let _ = write!(rows, " {v}");
+                let _ = write!(statements, " {0}/{0}", v as i64 - n as i64);
+                binary.extend(v.to_be_bytes());
+                listed.extend(v.to_le_bytes());
+            }
+            listed.push(2 * face.len() as u8);
+            let places = face.iter().map(|&v| mesh.positions[v as usize]);
+            listed.extend(
+                places
+                    .flat_map(|[x, y, _]| [x, y])
+                    .flat_map(f32::to_le_bytes),
+            );
+            rows.push('\n');
+            statements.push('\n');
+        }
+        let off = format!("OFF\n{n} {f} 0\n{rows}");
+        let ply = header("ascii", "") + &rows;
+        let files = [
+            ("p.off", off.as_bytes()),
+            ("text.ply", ply.as_bytes()),
+            ("p.obj", statements.as_bytes()),
+            ("p.ply", &binary),
+            ("listed.ply", &listed),
+        ];
+        for file in files {
+            holds_of(what, file, 160_000, &[4]);
+        }
+        Random::new(6).shuffle(&mut faces);
+    }
 }

@@ -11,8 +11,13 @@ use common::formats::{self, Order};
 use common::random::Random;
 use common::run::{Run, cornermill, run};
 use common::surfaces;
+use cornermill::Error;
+use cornermill::build::Builder;
+use cornermill::disk::Progress;
+use cornermill::input::IndexKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 
 /// A file system in memory of so many KiB; unmounted on drop.
 struct Small(tempfile::TempDir);
@@ -191,6 +196,84 @@ fn what_cannot_fit_is_refused_before_anything_is_read() {
     let run = cornermill(args).expect(4);
     assert!(run.stderr.contains("--max-disk"), "{run}");
     assert!(!Path::new(&there).exists());
+}
+
+/// Lets no pass begin.
+struct NoPass;
+
+impl Progress for NoPass {
+    fn begin(&self, pass: &'static str, _: &'static str, _: u64) {
+        panic!("the pass {pass} begins");
+    }
+    fn advance(&self, _: u64) {}
+    fn usage(&self, _: u64, _: u64) {}
+    fn end(&self) {}
+    fn note(&self, _: &str) {}
+}
+
+/// What a build of the input is refused with before any pass begins.
+#[track_caller]
+fn refused_at_once(builder: Builder, output: &Path) -> Error {
+    let refused = builder.progress(Arc::new(NoPass)).build(output);
+    assert!(!output.exists());
+    refused.expect_err("what cannot fit")
+}
+
+/// Certain counts are in the headers of all formats but OBJ and STL as text.
+#[test]
+fn counts_of_headers_are_held_to_the_room_at_once() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let mesh = surfaces::torus(100, 100);
+    let files = [
+        ("m.stl", formats::stl_binary(&mesh, "")),
+        ("m.ply", formats::ply_binary(&mesh, Order::Big)),
+        ("text.ply", formats::ply_ascii(&mesh)),
+        ("m.off", formats::off(&mesh)),
+    ];
+    let output = dir.path().join("o.ct");
+    for (name, bytes) in files {
+        let input = dir.path().join(name);
+        std::fs::write(&input, bytes).expect("a mesh");
+        // 20 000 triangles take 240 kB when they are decoded, and 560 kB in the folder.
+        let error = refused_at_once(Builder::new(&input).max_disk(239_000), &output);
+        let needs = matches!(error, Error::DiskLimit { need: 240_000, .. });
+        assert!(needs, "{name}: {error}");
+        let words = ["build", &text(&input), "--max-disk=239kB", "--dry-run"];
+        let run = cornermill(words).expect(4);
+        assert!(run.stderr.contains("--max-disk 239000"), "{run}");
+        assert!(run.stdout.contains("  scratch "), "{run}");
+        let Some(small) = Small::new(500) else {
+            continue;
+        };
+        let there = small.path().join("o.ct");
+        let error = refused_at_once(Builder::new(&input), &there).to_string();
+        let said = error.contains("of the mesh folder there") && error.contains("bytes more are");
+        assert!(
+            said && error.contains(&text(small.path())),
+            "{name}: {error}"
+        );
+        let words = ["build", &text(&input), "-o", &text(&there), "--dry-run"];
+        let run = cornermill(words).expect(4);
+        assert!(run.stderr.contains("bytes more are needed"), "{run}");
+    }
+}
+
+/// The table of the chunks of so many triangles alone takes more.
+#[test]
+fn a_budget_that_is_certain_not_to_do_is_refused_at_once() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let input = dir.path().join("v.raw");
+    let file = std::fs::File::create(&input).expect("a file");
+    file.set_len(12 << 30).expect("a sparse file");
+    let builder = Builder::new(&input).raw_index(IndexKind::U4).vertices(7);
+    let builder = builder.threads(1).memory(4 << 20);
+    let output = dir.path().join("o.ct");
+    let told = builder.predict(&output).expect("a prediction");
+    let error = refused_at_once(builder, &output);
+    let Error::Budget { need, .. } = error else {
+        panic!("{error}");
+    };
+    assert_eq!(need, told.least_memory);
 }
 
 #[test]

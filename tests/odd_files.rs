@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::run::{Run, cornermill_confined, run};
+use common::run::{Run, cornermill, cornermill_confined, run};
 use std::ffi::OsStr;
 use std::os::unix::fs::symlink;
 use std::path::Path;
@@ -165,10 +165,136 @@ fn links_in_the_target_lead_nowhere_else() {
     symlink(&mine, &out).expect("a link");
     let run = build(&mesh, &out, &[]);
     assert_eq!(run.code, 2, "a target that exists, as a link\n{run}");
-    // With --force the link may go or stay; what it leads to is not touched.
-    build(&mesh, &out, &["--force"]);
+    // With --force neither: the link may stand for what it leads to, or be kept for itself.
+    let run = build(&mesh, &out, &["--force"]).expect(2);
+    let said = format!("is a link to {}", mine.display());
+    assert!(run.stderr.contains(&said), "{run}");
+    assert!(out.is_symlink(), "the link went\n{run}");
     let kept = std::fs::read_to_string(mine.join("V.npy")).expect("my file is there");
     assert_eq!(kept, "precious");
     let input = std::fs::read_to_string(&mesh).expect("the input is there");
     assert_eq!(input, OBJ);
+}
+
+#[test]
+fn a_folder_that_is_built_already_is_no_input() {
+    let place = dir();
+    let (mesh, built) = (place.path().join("m.obj"), place.path().join("m.ct"));
+    std::fs::write(&mesh, OBJ).expect("written");
+    build(&mesh, &built, &[]).expect(0);
+    for options in [&[][..], &["--format", "obj"], &["--dry-run"]] {
+        let run = build(&built, &place.path().join("OUT.ct"), options).expect(3);
+        for word in [
+            "found a mesh folder",
+            "`cornermill info`",
+            "`verify`",
+            "`export`",
+        ] {
+            assert!(run.stderr.contains(word), "{word}\n{run}");
+        }
+    }
+}
+
+#[test]
+fn options_that_a_mesh_has_no_use_for_are_refused() {
+    let place = dir();
+    let path = |name: &str| place.path().join(name);
+    std::fs::write(path("m.obj"), OBJ).expect("written");
+    std::fs::write(path("v.raw"), [0; 12]).expect("written");
+    let built = path("m.ct");
+    build(&path("m.obj"), &built, &[]).expect(0);
+    let (built, npy) = (built.to_str().expect("a path"), path("m.npy"));
+    let exported = npy.to_str().expect("a path");
+    cornermill(["export", built, "-o", exported]).expect(0);
+    let raw = ["--raw-index", "u4"];
+    for (name, options, word) in [
+        ("m.obj", &["--endian", "big"][..], "--endian is for raw"),
+        ("m.obj", &["--endian", "little"], "--endian is for raw"),
+        ("m.npy", &["--endian", "little"], "--endian is for raw"),
+        ("m.npy", &["--coords", "f8"], "--positions"),
+        (
+            "v.raw",
+            &[&raw[..], &["--coords", "f4"]].concat(),
+            "--positions",
+        ),
+    ] {
+        for more in [&[][..], &["--dry-run"]] {
+            let options = [options, more].concat();
+            let run = build(&path(name), &path("OUT.ct"), &options).expect(2);
+            assert!(run.stderr.contains(word), "{word}\n{run}");
+        }
+    }
+    let positions = path("m.G.npy").display().to_string();
+    let options = ["--positions", &positions, "--coords", "f8"];
+    build(&path("m.npy"), &path("OUT.ct"), &options).expect(0);
+}
+
+#[test]
+fn scratch_that_has_no_folder_is_refused_at_once() {
+    let place = dir();
+    std::fs::write(place.path().join("m.obj"), OBJ).expect("written");
+    let run = |line: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cornermill"));
+        command.args(line.split(' ')).current_dir(place.path());
+        run(command, Stdio::null())
+    };
+    run("build m.obj -o m.ct").expect(0);
+    run("encode m.ct -o m.cmz --exact").expect(0);
+    for line in [
+        "build m.obj -o OUT",
+        "build m.obj -o OUT --dry-run",
+        "decode m.cmz -o OUT",
+        "encode m.ct -o OUT --exact",
+        "export m.ct -o OUT --format ply",
+        "filter m.ct -o OUT --largest 1",
+        "normals m.ct -o OUT",
+        "path m.ct --from 0 --to 1",
+        "picture m.ct -o OUT",
+        "report m.ct -o OUT",
+        "verify m.ct",
+    ] {
+        for tmp in ["nowhere", "m.obj"] {
+            let run = run(&format!("{line} --tmp . --tmp {tmp}")).expect(4);
+            let said = format!("{tmp}: cannot put scratch files there (--tmp)");
+            assert!(run.stderr.contains(&said), "{run}");
+            assert!(!place.path().join("OUT").exists(), "{run}");
+        }
+    }
+}
+
+/// Whoever reads what is listed may have seen enough; what was made or judged stands.
+#[test]
+fn a_reader_that_goes_away_ends_a_listing_without_a_word() {
+    let place = dir();
+    std::fs::write(place.path().join("m.obj"), OBJ).expect("written");
+    let run = |line: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cornermill"));
+        command.args(line.split(' ')).current_dir(place.path());
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        command.stdout(writer).stdin(Stdio::null());
+        let done = command.output().expect("it runs");
+        let said = String::from_utf8_lossy(&done.stderr).into_owned();
+        (done.status.code(), said)
+    };
+    run("build m.obj -o m.ct --progress none");
+    for (line, code) in [
+        ("build m.obj -o n.ct --progress none", 0),
+        ("build m.obj -o o.ct --json --progress none", 0),
+        ("build m.obj -o o.ct --dry-run", 141),
+        ("build m.obj -o o.ct --dry-run --json", 141),
+        ("info m.ct", 141),
+        ("info m.ct --json", 141),
+        ("export m.ct -o - --format obj", 141),
+        ("export m.ct -o - --format ply", 141),
+        ("export m.ct -o m.ply --progress none", 0),
+        ("path m.ct --from 0 --to 1", 141),
+        ("swirl m.ct --from 0 --json", 141),
+        ("verify m.ct --progress none", 0),
+        ("check m.ct --require closed", 1),
+        ("check m.ct --require single --json", 0),
+    ] {
+        assert_eq!(run(line), (Some(code), String::new()), "{line}");
+    }
+    assert!(place.path().join("n.ct/manifest.json").exists());
 }

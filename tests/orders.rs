@@ -334,3 +334,43 @@ fn hubs_and_crowds_in_little_memory() {
         assert!(scratch > 1 << 18, "{line}: nothing spilled");
     }
 }
+
+/// Cells by id refuse what does not fit them, and name what suffices: the next build, in that, is one.
+#[test]
+fn the_least_budget_that_cells_by_id_name_suffices() {
+    let mut refused = 0;
+    for line in ["sphere -t 60k", "soup -t 40k"] {
+        let input = Input::new(&format!("{line} --order shuffle"));
+        for (how, given) in [("with", &input.g), ("without", &None)] {
+            for threads in [1, 2] {
+                let mut builder = Builder::new(&input.file).strategy(Strategy::ById);
+                builder = builder.threads(threads).checkpoint(None).force(true);
+                builder = match given {
+                    Some(g) => builder.positions(g),
+                    None => builder,
+                };
+                let how = format!("{line} {how} coordinates on {threads} threads");
+                let out = input.path("out.ct");
+                // The least for any mesh, which goes in file order when cells do not fit.
+                let least = match builder.clone().memory(1 << 20).build(&out) {
+                    Err(Error::Budget { need, .. }) => need,
+                    other => panic!("{how}: {other:?}"),
+                };
+                let mut memory = least;
+                while let Err(refusal) = builder.clone().memory(memory).build(&out) {
+                    let Error::Budget { need, .. } = refusal else {
+                        panic!("{how} in {memory} bytes: {refusal}");
+                    };
+                    let built = builder.clone().memory(need).build(&out);
+                    let report = built.unwrap_or_else(|e| {
+                        panic!("{how}: named in {memory} bytes, and then refused: {e}")
+                    });
+                    assert!(report.peak_budget <= need, "{how}");
+                    refused += 1;
+                    memory += memory / 16;
+                }
+            }
+        }
+    }
+    assert!(refused > 3, "{refused} refusals");
+}

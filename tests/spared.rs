@@ -3,8 +3,9 @@
 
 mod common;
 
+use clap::Parser;
 use common::run::{Run, cornermill, run};
-use cornermill::build::Builder;
+use cornermill::build::{Builder, Strategy};
 use cornermill::disk::Progress;
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -120,6 +121,8 @@ fn only_mesh_folders_with_nothing_else_in_them_are_replaced() {
             .expect(0);
     }
     place.run("verify kept.ct").expect(0);
+    symlink("kept.ct", place.path("link.ct")).expect("a link");
+    every("link.ct", "is a link to kept.ct");
     every("m.ct/inner.ct", "lies in a mesh folder");
     every("-", "names no folder");
 }
@@ -188,6 +191,24 @@ fn devices_are_not_replaced_by_files() {
     }
     place.refuse("picture m.ct -o -", "no name of one");
     place.refuse("encode m.ct -o - --exact", "no name of one");
+}
+
+#[test]
+fn links_are_not_replaced_by_files() {
+    let place = Place::new();
+    place.put("kept.obj", "work of years");
+    for to in ["kept.obj", "nowhere"] {
+        symlink(to, place.path("link.obj")).expect("a link");
+        for line in [
+            "export m.ct -o link.obj --force",
+            "encode m.ct -o link.obj --exact --force",
+            "picture m.ct -o link.obj --force",
+            "build m.obj -o n.ct --json=link.obj --force",
+        ] {
+            place.refuse(line, &format!("is a link to {to}"));
+        }
+        fs::remove_file(place.path("link.obj")).expect("it is removed");
+    }
 }
 
 #[test]
@@ -276,6 +297,56 @@ fn an_input_that_changes_while_it_is_read_gives_no_folder() {
         Path::new("-q"),
     ])
     .expect(0);
+}
+
+/// Passes that read V again must not take its ids for what they were when they were checked.
+#[test]
+fn ids_that_change_between_passes_are_told_and_not_followed() {
+    let place = Place::new();
+    let v = place.path("s.npy");
+    let line = [
+        "data-gen", "sphere", "-t", "4000", "--order", "shuffle", "-o",
+    ];
+    let words = line
+        .map(Into::into)
+        .into_iter()
+        .chain([v.clone().into_os_string()]);
+    data_gen::args::run(&data_gen::Args::parse_from(words)).expect("a mesh");
+    let g = place.path("s.G.npy");
+    let whole = fs::read(&v).expect("the array");
+    let mut other = whole.clone();
+    other[128..]
+        .as_chunks_mut::<4>()
+        .0
+        .fill(0x7fff_fff0u32.to_le_bytes());
+    for (strategy, passes) in [
+        (
+            Strategy::Memory,
+            &["chunks", "seams", "stars", "components"][..],
+        ),
+        (Strategy::ByPlace, &["settle", "assemble"]),
+        (Strategy::ById, &["cells", "components", "assemble"]),
+    ] {
+        for (&when, memory) in passes.iter().flat_map(|when| [(when, 64), (when, 4)]) {
+            let (victim, other) = (v.clone(), other.clone());
+            let change = Box::new(move || fs::write(victim, other).expect("it is changed"));
+            let progress = Changes {
+                when,
+                change: Mutex::new(Some(change)),
+            };
+            let out = place.path("changed.ct");
+            let builder = Builder::new(&v).positions(&g).progress(Arc::new(progress));
+            let builder = builder.memory(memory << 20).threads(2).strategy(strategy);
+            let built = builder.chunk_triangles(256).build(&out);
+            let said = built.expect_err(when).to_string();
+            assert!(
+                said.contains("changed while it was read") && said.contains("s.npy"),
+                "{strategy:?}, {when}, {memory} MiB: {said}"
+            );
+            assert!(!out.exists() && !work_of(&out).exists());
+            fs::write(&v, &whole).expect("it is as before");
+        }
+    }
 }
 
 #[test]

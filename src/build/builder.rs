@@ -2,11 +2,8 @@
 
 use super::clock::Clock;
 use super::identity::Inputs;
-use super::pipeline::{BuildReport, Wishes, check_width, run, settle_in};
+use super::pipeline::{BuildReport, Wishes, run, settle_in};
 use super::plan::{Strategy, check_least};
-use super::predict::{Prediction, Sizes};
-use super::room::{check_before, note_tight, room_for};
-use super::sample::Nature;
 use super::staging::{Former, Staging};
 use super::steps::{Identity, Opened, STATE, Steps};
 use crate::chunk::pair::MAX_CHUNK;
@@ -38,20 +35,20 @@ pub enum Index {
 /// Memory: the stated budget and at most 64 MiB. I/O: see [`crate::build`].
 #[derive(Clone)]
 pub struct Builder {
-    request: Request,
-    memory: u64,
-    threads: usize,
-    tmp: Vec<PathBuf>,
-    max_disk: u64,
+    pub(super) request: Request,
+    pub(super) memory: u64,
+    pub(super) threads: usize,
+    pub(super) tmp: Vec<PathBuf>,
+    pub(super) max_disk: u64,
     orient: Orient,
-    index: Index,
+    pub(super) index: Index,
     force: bool,
     resume: bool,
     checkpoint: Option<Duration>,
-    chunk: Option<u64>,
-    buckets: Option<usize>,
-    strategy: Strategy,
-    measures: bool,
+    pub(super) chunk: Option<u64>,
+    pub(super) buckets: Option<usize>,
+    pub(super) strategy: Strategy,
+    pub(super) measures: bool,
     progress: Arc<dyn Progress>,
 }
 
@@ -67,7 +64,7 @@ impl Builder {
                 weld: None,
                 coords: None,
                 raw_index: None,
-                endian: Endian::Little,
+                endian: None,
                 vertices: None,
                 format: None,
                 wide: false,
@@ -152,7 +149,7 @@ impl Builder {
 
     /// Byte order of raw arrays.
     pub fn endian(mut self, endian: Endian) -> Self {
-        self.request.endian = endian;
+        self.request.endian = Some(endian);
         self
     }
 
@@ -301,15 +298,7 @@ impl Builder {
             Some(opened) => opened,
             None => {
                 let ws = clock.workspace();
-                // What is wrong with the input is told by the build itself.
-                if let Ok(told) = self.counted(staging.path()) {
-                    check_before(&told, &ws.scratch, staging.path())?;
-                    // A look is worth its time only where it can tell something.
-                    let tight = told.most_scratch > room_for(&ws.scratch);
-                    if tight && let Ok(told) = self.looked(told) {
-                        note_tight(&told, ws);
-                    }
-                }
+                self.refuse_early(ws, staging.path())?;
                 let mesh = clock.pass("read", "bytes", 0, || input::open(ws, &request))?;
                 let opened = settle_in(&mut clock, mesh, &wishes, staging.path())?;
                 inputs.check(&clock.workspace().io)?;
@@ -334,7 +323,7 @@ impl Builder {
             ("--weld", said(&request.weld)),
             ("--coords", said(&request.coords)),
             ("--raw-index", said(&request.raw_index)),
-            ("--endian", said(&request.endian)),
+            ("--endian", said(&request.endian.unwrap_or_default())),
             ("--vertices", said(&request.vertices)),
             ("--format", said(&request.format)),
             ("--strategy", said(&self.strategy)),
@@ -346,47 +335,6 @@ impl Builder {
             .collect();
         identity.extend(inputs.identity().clone());
         identity
-    }
-
-    /// Predicts what [`build`](Builder::build) would take for `output`, from the beginning of
-    /// the input. Nothing is made, written or kept; `output` may exist.
-    ///
-    /// A budget that is too small is no error here: [`Prediction::check`] tells.
-    ///
-    /// # Errors
-    /// [`crate::Error::Usage`] for contradictory options, standard input and pipes; [`crate::Error::Input`]
-    /// for what the first look shows to be no mesh; [`crate::Error::Io`].
-    pub fn predict(&self, output: &Path) -> Result<Prediction> {
-        self.looked(self.counted(output)?)
-    }
-
-    /// What the counts tell.
-    fn counted(&self, output: &Path) -> Result<Prediction> {
-        let mut request = self.request.clone();
-        request.wide = self.index == Index::U8;
-        let survey = input::survey(&request)?;
-        if survey.exact {
-            let narrow = self.index == Index::U4;
-            check_width(narrow, survey.triangles, survey.vertices.unwrap_or(0))?;
-        }
-        let sizes = Sizes {
-            measures: self.measures,
-            memory: self.memory,
-            threads: self.threads.max(1),
-            wide: request.wide,
-            chunk: self.chunk,
-            buckets: self.buckets,
-        };
-        Prediction::new(survey, &sizes, output.symlink_metadata().is_ok())
-    }
-
-    /// With what some triangles tell, where they can be looked at.
-    fn looked(&self, mut told: Prediction) -> Result<Prediction> {
-        if let Some(mut look) = input::Look::at(&self.request)? {
-            let (vertices, chunk) = (told.shape.vertices, told.plan.chunk);
-            told.expect(Nature::of(&mut look, vertices, chunk)?);
-        }
-        Ok(told)
     }
 
     fn workspace(&self, staging: &mut Staging, named: bool) -> Result<Workspace> {

@@ -12,9 +12,10 @@
 //! V, O, component written once; seam records and 24 bytes a local component to scratch.
 
 use super::Job;
-use super::arrays::{CoordReader, OutArray, TriangleReader, bad_index};
+use super::arrays::{CoordReader, OutArray, TriangleReader};
 use super::chunk_rows::{Rows, pack_flips};
 use super::chunked::{ChunkInfo, Chunked, LocalRecords, Settled};
+use super::first_read::read_again;
 use super::records::{EdgeCorner, LocalCount, MeasureRecord};
 use super::scan::Seams;
 use super::stars::spill::{Block, Spilled, Spiller};
@@ -314,15 +315,7 @@ impl Settled {
 impl Kernels {
     fn run<I: Index>(&mut self, v: &[I], seams: &Seams, job: &Job, first: u64) -> Result<()> {
         self.ids.assign(v);
-        let n = job.shape.vertices;
-        let last = match self.ids.window() {
-            Some(first) => first + self.ids.span() as u64,
-            None => self.ids.table().iter().max().map_or(0, |&top| top + 1),
-        };
-        if last > n {
-            let found = format!("{} (the file changed during the build)", last - 1);
-            return Err(bad_index(&job.mesh.v, 3 * first, found));
-        }
+        read_again(job, first, &self.ids)?;
         seams.flags(&self.ids, &mut self.seam);
         self.pairs.pair(self.ids.local(), &self.seam);
         self.swirl.walk(&self.pairs.opposite);

@@ -13,6 +13,7 @@ use super::Job;
 use super::arrays::{CoordReader, OutArray, TriangleReader};
 use super::asked::{Adds, Ask, measure_asked, questions};
 use super::chunked::{Chunked, LocalRecords};
+use super::first_read::read_again;
 use super::graph::labels::LabelRange;
 use super::records::LocalCount;
 use super::stitch::Labels;
@@ -196,7 +197,7 @@ impl<'a, I: Index, W: Index, X: Coord> Near<'a, I, W, X> {
         let step = d.job.plan.again;
         (0..count).step_by(step as usize).try_for_each(|from| {
             let part = (start, from, step.min(count - from));
-            self.part(locals.start, part, &mut counts)
+            self.part(d.job, locals.start, part, &mut counts)
         })
     }
 
@@ -205,12 +206,14 @@ impl<'a, I: Index, W: Index, X: Coord> Near<'a, I, W, X> {
     /// that was not met before is the next: its count goes where its first triangle does.
     fn part(
         &mut self,
+        job: &Job,
         base: u64,
         (start, from, count): (u64, u64, u64),
         counts: &mut Counts,
     ) -> Result<()> {
         let v = self.reader.read(start + from, count)?;
         self.ids.assign(v);
+        read_again(job, start + from, &self.ids)?;
         let near = match self.ids.window() {
             Some(start) => Some(self.coords.read(start, self.ids.span() as u64)?),
             None => None,

@@ -1,12 +1,14 @@
 //! What the first reading of V owes: every index is checked, and the digest of the input takes
-//! the blocks that have passed.
+//! the blocks that have passed. And what each reading after it owes: an array that is used where it
+//! lies may have been changed by then, so its ids are held to their bound before they lead anywhere.
 //!
 //! Memory: none of its own. I/O: blocks that are whole, from memory most likely.
 
 use super::Job;
 use super::arrays::bad_index;
+use crate::chunk::ids::LocalIds;
 use crate::corner::Index;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::input::Mesh;
 
 /// Checks the rows of V from triangle `first` on, and counts them as read.
@@ -23,6 +25,32 @@ pub fn first_read<I: Index>(job: &Job, first: u64, v: &[I]) -> Result<()> {
         return Err(bad_index(&job.mesh.v, 3 * first + at as u64, found));
     }
     seen(job.mesh, first, v.len() as u64 / 3)
+}
+
+/// Holds the ids of rows of V, from triangle `first` on, that were checked before.
+///
+/// # Errors
+/// [`Error::Input`] when they are others now.
+pub fn read_again(job: &Job, first: u64, ids: &LocalIds) -> Result<()> {
+    hold(job, first, ids.most())
+}
+
+/// As [`read_again`], of rows whose largest id is `most`.
+///
+/// # Errors
+/// The same.
+pub fn hold(job: &Job, first: u64, most: Option<u64>) -> Result<()> {
+    let n = job.shape.vertices;
+    match most {
+        Some(most) if most >= n => Err(Error::input(
+            job.mesh.v.source.data().path(),
+            format!("the triangles from {first} on"),
+            format!("ids below {n}, as there were at first"),
+            most.to_string(),
+            "it was changed while it was read, so no folder was made; build it again",
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// These rows of V were read: lets the digest of the input take the blocks that are whole now.

@@ -15,6 +15,7 @@ use super::steps::Identity;
 use crate::disk::{Counters, DataFile, fs};
 use crate::error::{Error, Result};
 use std::os::unix::fs::MetadataExt;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
@@ -57,6 +58,21 @@ impl Inputs {
             add_file(&mut identity, what, path, io)?;
         }
         Ok(identity)
+    }
+
+    /// Runs passes that read the files where they lie. Bytes that change under a pass may lead it
+    /// anywhere, so a fault of it is told as theirs when they did.
+    ///
+    /// # Errors
+    /// Those of the passes; [`Error::Input`] as [`check`](Inputs::check).
+    pub fn blamed<T>(&self, io: &Arc<Counters>, run: impl FnOnce() -> Result<T>) -> Result<T> {
+        let done = catch_unwind(AssertUnwindSafe(run));
+        if let Err(_) | Ok(Err(Error::Input(_) | Error::Internal(_))) = &done
+            && let Err(changed @ Error::Input(_)) = self.check(io)
+        {
+            return Err(changed);
+        }
+        done.unwrap_or_else(|panic| resume_unwind(panic))
     }
 
     /// Refuses files that are others than at first.

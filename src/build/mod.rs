@@ -46,6 +46,7 @@ mod by_cells;
 mod clock;
 mod crowd;
 mod first_read;
+mod foretell;
 mod identity;
 mod in_order;
 mod kept;

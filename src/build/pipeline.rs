@@ -105,6 +105,7 @@ pub fn run(
     let placed = opened.placed.as_ref();
     let kind = placed.map(|placed| placed.array.kind);
     let triangles = mesh.v.triangles;
+    let in_place = matches!(mesh.v.source, Source::Named(_));
     check_width(wishes.narrow, triangles, vertices)?;
     let shape = Shape::new(
         triangles,
@@ -137,13 +138,19 @@ pub fn run(
     let built = match clock.restored(BUILT)? {
         Some(built) => Ok(built),
         None => {
-            let built = match (shape.index == 8, narrow(triangles, vertices), doubles) {
+            let widths = (shape.index == 8, narrow(triangles, vertices), doubles);
+            let mut all = || match widths {
                 (false, true, false) => passes::<u32, u32, f32>(&mut clock, job, &bounds),
                 (false, true, true) => passes::<u32, u32, f64>(&mut clock, job, &bounds),
                 (false, false, false) => passes::<u32, u64, f32>(&mut clock, job, &bounds),
                 (false, false, true) => passes::<u32, u64, f64>(&mut clock, job, &bounds),
                 (true, _, false) => passes::<u64, u64, f32>(&mut clock, job, &bounds),
                 (true, _, true) => passes::<u64, u64, f64>(&mut clock, job, &bounds),
+            };
+            let built = if in_place {
+                inputs.blamed(&ws.io, all)
+            } else {
+                all()
             };
             built.and_then(|built| {
                 clock.done(BUILT, opened, &built)?;
@@ -159,7 +166,7 @@ pub fn run(
     let (chunk_triangles, seam_corners) = (job.plan.chunk, built.seam_corners);
     clock.pass("rename", "", 0, || {
         // What was decoded was read long ago, and may be gone.
-        if matches!(mesh.v.source, Source::Named(_)) {
+        if in_place {
             inputs.check(&ws.io)?;
         }
         staging.finish()

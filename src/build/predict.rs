@@ -23,6 +23,7 @@ use super::load::{Load, PassPrediction};
 use super::phases::{Phase, phases};
 use super::plan::{Plan, Shape};
 use super::sample::Nature;
+use super::way::fitting;
 use crate::error::{Error, Result};
 use crate::folder::npy::DATA_START;
 use crate::folder::{self, BLOCK, EDGE_DESCR, FileEntry};
@@ -59,7 +60,7 @@ pub struct Prediction {
     /// The most scratch space at once that is expected of this mesh, in bytes: by what some of its
     /// triangles tell, where they could be looked at, else as if it were coherent.
     pub expected_scratch: u64,
-    /// Triangles that were looked at; none in texts and polygons.
+    /// Triangles that were looked at; none in strips, and where faces are not the last of a PLY file.
     pub looked_at: u64,
     /// The most scratch space at once for a coherent mesh, in bytes.
     pub scratch: u64,
@@ -71,6 +72,10 @@ pub struct Prediction {
     pub passes: Vec<PassPrediction>,
     /// True when the output is there already, so that a build needs `--force`.
     pub exists: bool,
+    /// Sizes that the mesh has at least.
+    pub(super) certain: Shape,
+    /// What a build in file order takes for certain, where no other way fits the budget.
+    hopeless: Option<u64>,
 }
 
 /// What the options say of sizes.
@@ -102,14 +107,12 @@ impl Prediction {
                 "{triangles} triangles and {vertices} vertices are beyond any mesh"
             )));
         }
-        let shape = Shape::new(
-            triangles,
-            vertices,
-            sizes.wide,
-            survey.coords,
-            sizes.threads,
-            sizes.measures,
-        );
+        let shape = |[triangles, vertices]: [u64; 2]| {
+            let (coords, threads) = (survey.coords, sizes.threads);
+            let (wide, measures) = (sizes.wide, sizes.measures);
+            Shape::new(triangles, vertices, wide, coords, threads, measures)
+        };
+        let (certain, shape) = (shape(survey.least), shape([triangles, vertices]));
         let least = enough(&shape, 0)?;
         let plan = Plan::new(&shape, sizes.memory.max(least), sizes.chunk, sizes.buckets)?;
         let arrays = arrays(&shape);
@@ -136,6 +139,8 @@ impl Prediction {
             most_scratch: crowds.into_iter().fold(worst, u64::max) / 4 * 5,
             passes: coherent.passes(&survey, data, manifest),
             arrays,
+            hopeless: hopeless(&survey, certain, sizes),
+            certain,
             survey,
             shape,
             exists,
@@ -149,6 +154,18 @@ impl Prediction {
         (self.expected_scratch, self.looked_at) = (load.scratch(), nature.looked);
     }
 
+    /// Refuses a budget that is certain to be too small; one below the least may do, when the
+    /// triangles turn out to lie in no order.
+    ///
+    /// # Errors
+    /// [`Error::Budget`] with the least, like a build.
+    pub(super) fn check_certain(&self) -> Result<()> {
+        match self.hopeless {
+            Some(need) => Err(self.too_small(need)),
+            None => Ok(()),
+        }
+    }
+
     /// Holds the budget to the least.
     ///
     /// # Errors
@@ -157,15 +174,42 @@ impl Prediction {
         if self.memory >= self.least_memory {
             return Ok(());
         }
+        Err(self.too_small(self.least_memory))
+    }
+
+    fn too_small(&self, need: u64) -> Error {
         let Shape {
             triangles, threads, ..
         } = self.shape;
-        Err(Error::Budget {
+        Error::Budget {
             what: format!("{triangles} triangles on {threads} threads"),
-            need: self.least_memory,
+            need: need.max(self.least_memory),
             have: self.memory,
-        })
+        }
     }
+}
+
+/// What a build in file order takes in memory at least, when that is more than there is, and the
+/// triangles, which are counted, cannot go through cells either.
+fn hopeless(survey: &Survey, certain: Shape, sizes: &Sizes) -> Option<u64> {
+    if certain.triangles != survey.triangles {
+        return None;
+    }
+    // The more bits the scan takes, the less is left for writers, and so to be held.
+    let vertices = match survey.exact {
+        true => certain.vertices,
+        false => 3 * certain.triangles,
+    };
+    let most = Shape {
+        vertices,
+        ..certain
+    };
+    let plan = Plan::new(&most, sizes.memory, sizes.chunk, sizes.buckets).ok()?;
+    let table = table_bytes(plan.chunks(certain.triangles));
+    let need = certain.least_after_chunks(&plan, 0, table);
+    let cells = fitting(&certain, &plan, sizes.memory);
+    // A quarter more than what is short, as the build itself says.
+    (need > sizes.memory && cells.is_none()).then(|| need + (need - sizes.memory) / 4)
 }
 
 /// A budget that suffices, close to the least that does, with so many labels in memory.

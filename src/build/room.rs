@@ -14,8 +14,9 @@ use super::predict::{Prediction, arrays};
 use super::way::Way;
 use crate::disk::{Scratch, Workspace, space};
 use crate::error::{Error, Result};
+use crate::folder::{self, FileEntry};
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Records that a shuffle's writer may keep in memory instead of writing them, in bytes.
 const KEPT: u64 = 256 << 10;
@@ -27,24 +28,44 @@ struct Certain {
     scratch: u64,
 }
 
-/// Refuses a build of an input whose counts are exact when what it certainly writes does not fit.
+/// Where scratch files go, and how much of them there may be.
+#[derive(Clone, Copy)]
+pub struct Place<'a> {
+    /// The folders; those of one device share its room.
+    pub dirs: &'a [PathBuf],
+    /// Bytes that are in use.
+    pub used: u64,
+    /// The most that may be.
+    pub limit: u64,
+}
+
+impl<'a> From<&'a Scratch> for Place<'a> {
+    fn from(scratch: &'a Scratch) -> Self {
+        Place {
+            dirs: scratch.dirs(),
+            used: scratch.used(),
+            limit: scratch.limit(),
+        }
+    }
+}
+
+/// Refuses a build, before it reads its input, when what it certainly writes does not fit: the
+/// folder of as many triangles and vertices as the mesh has at least, and as many decoded triangles.
 ///
 /// # Errors
 /// [`Error::Io`] naming the folder that is too full, [`Error::DiskLimit`].
-pub fn check_before(told: &Prediction, scratch: &Scratch, dir: &Path) -> Result<()> {
-    if !told.survey.exact {
-        return Ok(());
-    }
-    let decoded = told.survey.decoded && !told.survey.welded;
-    let certain = Certain {
-        output: told.arrays.iter().map(|a| a.bytes).sum(),
-        scratch: if decoded {
-            told.shape.triangles * told.survey.v_row
-        } else {
-            0
-        },
+pub fn check_before(told: &Prediction, place: Place, dir: &Path) -> Result<()> {
+    let (shape, survey) = (&told.certain, &told.survey);
+    // A weld leaves such a file, too.
+    let row = match survey.decoded {
+        true => survey.v_row.min(3 * shape.index),
+        false => 0,
     };
-    check(certain, scratch, dir)
+    let certain = Certain {
+        output: output_bytes(shape),
+        scratch: shape.triangles * row,
+    };
+    check(certain, place, dir)
 }
 
 /// Refuses a build whose counts and way are known when what it still writes does not fit.
@@ -60,16 +81,14 @@ pub fn check_after_read(job: &Job, way: Way) -> Result<()> {
         output: output_bytes(&job.shape).saturating_sub(written(job.dir)),
         scratch: dealt.saturating_sub(2 * KEPT * job.shape.threads),
     };
-    check(certain, &job.ws.scratch, job.dir)
+    check(certain, Place::from(&job.ws.scratch), job.dir)
 }
 
-fn check(certain: Certain, scratch: &Scratch, dir: &Path) -> Result<()> {
-    let need = scratch.used().saturating_add(certain.scratch);
-    if need > scratch.limit() {
-        return Err(Error::DiskLimit {
-            need,
-            limit: scratch.limit(),
-        });
+fn check(certain: Certain, place: Place, dir: &Path) -> Result<()> {
+    let Place { dirs, used, limit } = place;
+    let need = used.saturating_add(certain.scratch);
+    if need > limit {
+        return Err(Error::DiskLimit { need, limit });
     }
     let Some(target) = space::room(dir) else {
         return Ok(());
@@ -78,7 +97,7 @@ fn check(certain: Certain, scratch: &Scratch, dir: &Path) -> Result<()> {
         return Err(full(dir, "the mesh folder", certain.output, target.free));
     }
     let mut rooms = vec![target];
-    for dir in scratch.dirs() {
+    for dir in dirs {
         let Some(room) = space::room(dir) else {
             return Ok(());
         };
@@ -90,7 +109,8 @@ fn check(certain: Certain, scratch: &Scratch, dir: &Path) -> Result<()> {
     let need = certain.output.saturating_add(certain.scratch);
     if need > free {
         let what = "the mesh folder and scratch files";
-        return Err(full(scratch.first_dir(), what, need, free));
+        let first = dirs.first().map_or(dir, PathBuf::as_path);
+        return Err(full(first, what, need, free));
     }
     Ok(())
 }
@@ -137,7 +157,9 @@ pub fn with_need(error: Error, job: &Job) -> Error {
 }
 
 fn output_bytes(shape: &Shape) -> u64 {
-    arrays(shape).iter().map(|a| a.bytes).sum()
+    // Bits of triangles that are not flipped are holes.
+    let written = |array: &&FileEntry| array.name != folder::FLIPPED;
+    arrays(shape).iter().filter(written).map(|a| a.bytes).sum()
 }
 
 /// Bytes that the files of a folder take on disk.

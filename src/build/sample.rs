@@ -174,16 +174,16 @@ impl Nature {
         let stretches = (LOOKED / count.max(1)).clamp(4, MOST);
         let begins = (0..stretches).map(|i| (t - count) * i / (stretches - 1));
         let mut rows = Vec::new();
-        let (mut distinct, mut far, mut frequent) = (0, 0, Vec::new());
+        let (mut looked, mut distinct, mut far, mut frequent) = (0, 0, 0, Vec::new());
         for first in begins.clone() {
             look.read(first, count, &mut rows)?;
             stretch.take(&rows);
+            looked += rows.len() as u64;
             distinct += stretch.distinct();
             let apart = stretch.span() >= NARROW_SPAN * count + 64;
             far += u64::from(apart && !look.by_position());
             frequent.extend(stretch.frequent(count.div_ceil(HUB).max(8)));
         }
-        let looked = stretches * count;
         frequent.sort_unstable();
         let hubs = frequent.chunk_by(|a, b| a.0 == b.0).filter_map(|same| {
             let uses: u64 = same.iter().map(|(_, uses)| uses).sum();
@@ -206,7 +206,8 @@ impl Nature {
             scattered: 10 * distinct > 6 * 3 * looked,
             far: far as f64 / stretches as f64,
             hubs,
-            stretch: count,
+            // About as many, where about as many lie.
+            stretch: (looked / stretches).max(1),
             rim: rim.each(|x| x / stretches as f64),
             growth,
         })

@@ -12,7 +12,7 @@
 
 use super::Job;
 use super::arrays::TriangleReader;
-use super::first_read::{first_read, seen};
+use super::first_read::{first_read, hold, seen};
 use crate::chunk::ids::LocalIds;
 use crate::corner::Index;
 use crate::disk::journal::{Keep, Pen, Reader};
@@ -218,8 +218,10 @@ fn count_by_ranges<I: Index>(job: &Job, bits: &Seams) -> Result<u64> {
             || Ok(TriangleReader::<I>::new(&job.mesh.v)),
             |reader, chunk| {
                 let (first, count) = job.chunk_range(chunk);
+                let v = reader.read(first, count)?;
+                hold(job, first, v.iter().max().map(|top| top.wide()))?;
                 let mut beyond = u64::MAX;
-                for id in reader.read(first, count)?.iter().map(|x| x.wide()) {
+                for id in v.iter().map(|x| x.wide()) {
                     if id >= from && id - from < bits.bits {
                         let bit = id - from;
                         bits.words[(bit / 64) as usize]

@@ -113,6 +113,14 @@ impl LocalIds {
         self.global.is_empty().then_some(self.first)
     }
 
+    /// The largest global id, if there is any.
+    pub fn most(&self) -> Option<u64> {
+        match self.window() {
+            Some(first) => (self.span as u64).checked_sub(1).map(|last| first + last),
+            None => self.global.iter().max().copied(),
+        }
+    }
+
     /// Global ids by local id, when the chunk is scattered.
     pub fn table(&self) -> &[u64] {
         &self.global
@@ -155,6 +163,7 @@ mod tests {
                 assert_eq!(ids.find(u64::from(id)), Some(local));
             }
             assert_eq!(ids.find(u64::from(u32::MAX)), None);
+            assert_eq!(ids.most(), v.iter().max().map(|&id| id.into()));
         }
         ids.assign(&[1u64 << 40, 3, 1 << 40]);
         assert_eq!((ids.local(), ids.window()), (&[0, 1, 0][..], None));

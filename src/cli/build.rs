@@ -2,7 +2,7 @@
 
 use super::progress;
 use super::work::WorkArgs;
-use super::{Outcome, print, signals, to_json};
+use super::{Outcome, print, signals, tell, to_json};
 use crate::build::{Builder, IndexChoice, Strategy, state_of};
 use crate::disk::{Counters, Target, fs, same_file};
 use crate::error::{Error, Result};
@@ -44,9 +44,9 @@ pub struct BuildArgs {
     /// The input is a raw array of such indices
     #[arg(long, value_enum)]
     raw_index: Option<RawArg>,
-    /// Byte order of raw arrays
-    #[arg(long, value_enum, default_value_t)]
-    endian: EndianArg,
+    /// Byte order of raw arrays [default: little]
+    #[arg(long, value_enum)]
+    endian: Option<EndianArg>,
     /// Number of vertices of a raw or .npy array of indices
     #[arg(long, value_name = "N")]
     vertices: Option<u64>,
@@ -171,6 +171,7 @@ pub(super) fn run(args: &BuildArgs) -> Result<Outcome> {
         }
         None => args.input.with_extension("ct"),
     };
+    args.work.check_tmp()?;
     let json = Json::of(args, &output)?;
     if args.dry_run {
         return dry_run(args, &output, json);
@@ -182,18 +183,19 @@ pub(super) fn run(args: &BuildArgs) -> Result<Outcome> {
     }
     let folder = Folder::open(&output, &Arc::new(Counters::default()))?;
     let report = report::gather(&folder, Some(&done))?;
-    show(args, json, &report, || report::render(&report))?;
+    show(args, json, &report, || report::render(&report), tell)?;
     Ok(Outcome::Done)
 }
 
-/// Predicts; a budget that is too small is told when the prediction was printed.
+/// Predicts; what cannot fit is told when the prediction was printed.
 fn dry_run(args: &BuildArgs, output: &Path, json: Option<Json>) -> Result<Outcome> {
-    let prediction = builder(args).predict(output)?;
+    let builder = builder(args);
+    let prediction = builder.predict(output)?;
     let predicted = report::predicted(&prediction);
-    show(args, json, &predicted, || {
-        report::render_predicted(&predicted)
-    })?;
+    let text = || report::render_predicted(&predicted);
+    show(args, json, &predicted, text, print)?;
     prediction.check()?;
+    builder.check_room(&prediction, output)?;
     Ok(Outcome::Done)
 }
 
@@ -233,10 +235,10 @@ impl Json {
         Target::create(output, to, args.force).map(|file| Some(Json::File(Box::new(file))))
     }
 
-    fn write(self, text: &str) -> Result<()> {
+    fn write(self, text: &str, say: Say) -> Result<()> {
         let failed = |path: &Path, e| Error::io(path, "write the report", e);
         match self {
-            Json::Stdout => print(text),
+            Json::Stdout => say(text),
             Json::Through(path) => fs::write(&path, text.as_bytes()).map_err(|e| failed(&path, e)),
             Json::File(mut file) => {
                 let done = file.file().write_all(text.as_bytes());
@@ -247,21 +249,25 @@ impl Json {
     }
 }
 
-/// Prints a report in the forms that were asked for.
+/// How a report is written to stdout: as what the command is for, or beside it.
+type Say = fn(&str) -> Result<()>;
+
+/// Gives a report in the forms that were asked for.
 fn show(
     args: &BuildArgs,
     json: Option<Json>,
     report: &impl serde::Serialize,
     text: impl FnOnce() -> String,
+    say: Say,
 ) -> Result<()> {
     let on_stdout = matches!(json, Some(Json::Stdout));
     if let Some(json) = json {
-        json.write(&to_json(report)?)?;
+        json.write(&to_json(report)?, say)?;
     }
     if args.work.quiet || on_stdout {
         return Ok(());
     }
-    print(&text())
+    say(&text())
 }
 
 fn builder(args: &BuildArgs) -> Builder {
@@ -280,10 +286,6 @@ fn builder(args: &BuildArgs) -> Builder {
             IndexArg::Auto => IndexChoice::Auto,
             IndexArg::U4 => IndexChoice::U4,
             IndexArg::U8 => IndexChoice::U8,
-        })
-        .endian(match args.endian {
-            EndianArg::Little => Endian::Little,
-            EndianArg::Big => Endian::Big,
         })
         .measures(!args.no_measures)
         .force(args.force)
@@ -316,6 +318,12 @@ fn builder(args: &BuildArgs) -> Builder {
             RawArg::U8 => IndexKind::U8,
             RawArg::I4 => IndexKind::I4,
             RawArg::I8 => IndexKind::I8,
+        });
+    }
+    if let Some(endian) = args.endian {
+        builder = builder.endian(match endian {
+            EndianArg::Little => Endian::Little,
+            EndianArg::Big => Endian::Big,
         });
     }
     if let Some(vertices) = args.vertices {

@@ -1,6 +1,6 @@
 //! `cornermill check`: a folder held to requirements, for scripts.
 
-use super::{Outcome, print, to_json};
+use super::{Outcome, tell, to_json};
 use crate::disk::Counters;
 use crate::error::Result;
 use crate::folder::Folder;
@@ -37,9 +37,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome> {
     let folder = Folder::open(&args.folder, &Arc::new(Counters::default()))?;
     let checked = check(&folder, &wanted)?;
     if args.json {
-        print(&to_json(&checked)?)?;
+        tell(&to_json(&checked)?)?;
     } else {
-        print(&render_checked(&checked))?;
+        tell(&render_checked(&checked))?;
     }
     Ok(if checked.passed {
         Outcome::Done

@@ -5,7 +5,7 @@
 
 use super::progress;
 use super::work::WorkArgs;
-use super::{Outcome, print};
+use super::{Outcome, tell};
 use crate::build::{Builder, parent};
 use crate::codec::decode::decode;
 use crate::codec::file::Entry;
@@ -102,7 +102,7 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
         count
     };
     if !args.work.quiet {
-        print(&format!(
+        tell(&format!(
             "{} triangles and {} vertices: {}\n",
             count.triangles,
             count.vertices,
@@ -199,7 +199,15 @@ fn chosen(args: &DecodeArgs, packed: &Packed) -> Result<Option<Vec<usize>>> {
                 .as_ref()
                 .is_none_or(|n| n.meets(&packed.entries[*chunk].components()))
     };
-    Ok(Some((0..packed.entries.len()).filter(wanted).collect()))
+    let chosen: Vec<usize> = (0..packed.entries.len()).filter(wanted).collect();
+    if chosen.is_empty() {
+        return Err(Error::Usage(format!(
+            "{}: no chunk meets all that is asked for with --chunk, --bbox and --component, so there \
+             is nothing to decode; widen it",
+            args.file.display()
+        )));
+    }
+    Ok(Some(chosen))
 }
 
 /// Builds a folder from the arrays.

@@ -1,7 +1,7 @@
 //! `cornermill encode`: a mesh folder to a compressed file.
 
 use super::work::WorkArgs;
-use super::{Outcome, print};
+use super::{Outcome, tell};
 use crate::build::parent;
 use crate::codec::Level;
 use crate::codec::encode::{EncodeRequest, encode};
@@ -89,7 +89,7 @@ pub(super) fn run(args: &EncodeArgs) -> Result<Outcome> {
             let (bytes, bits) = (count.order, per(count.order));
             parts += &format!(", order {bytes} bytes ({bits:.3} bits a triangle)");
         }
-        print(&format!(
+        tell(&format!(
             "{} triangles and {} vertices in {} bytes, {bits:.3} bits a triangle: connectivity \
              {} bytes, positions {} bytes{parts}; {} chunks with {} shared vertices: {}\n",
             count.triangles,

@@ -2,7 +2,7 @@
 
 use super::select::SelectArgs;
 use super::work::WorkArgs;
-use super::{Outcome, print};
+use super::{Outcome, tell};
 use crate::build::parent;
 use crate::error::{Error, Result};
 use crate::export::{ExportRequest, Format, export};
@@ -100,7 +100,7 @@ pub(super) fn run(args: &ExportArgs) -> Result<Outcome> {
             .iter()
             .map(|f| f.display().to_string())
             .collect();
-        print(&format!(
+        tell(&format!(
             "{} triangles{from} and {} vertices in {} bytes: {}\n",
             count.triangles,
             count.vertices,

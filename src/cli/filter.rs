@@ -2,7 +2,7 @@
 
 use super::select::SelectArgs;
 use super::work::WorkArgs;
-use super::{Outcome, print};
+use super::{Outcome, tell};
 use crate::build::parent;
 use crate::error::Result;
 use crate::export::filter::{FilterRequest, filter};
@@ -42,7 +42,7 @@ pub(super) fn run(args: &FilterArgs) -> Result<Outcome> {
     let manifest = filter(&ws, &folder, &request)?;
     if !args.work.quiet {
         let counts = &manifest.counts;
-        print(&format!(
+        tell(&format!(
             "{} triangles of {} components and {} vertices: {}\n",
             counts.triangles,
             counts.components,

@@ -2,7 +2,7 @@
 //!
 //! Reports go to stdout, everything else to stderr. Exit codes: 0 done, 1 a check failed,
 //! 2 usage, 3 bad input, 4 I/O or disk full, 5 budget too small, 70 internal error, 130 and 143
-//! stopped by SIGINT and SIGTERM.
+//! stopped by SIGINT and SIGTERM, 141 when whoever read the standard output went away.
 
 mod build;
 mod check;
@@ -27,7 +27,9 @@ mod work;
 use crate::disk::left_behind;
 use crate::error::{Error, Result};
 use clap::{Parser, Subcommand};
-use std::io::Write;
+use signal_hook::consts::SIGPIPE;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Turns a triangle mesh larger than memory into a verified corner table on disk.
@@ -140,6 +142,8 @@ fn execute(cli: &Cli) -> (u8, Option<Error>) {
     match done {
         Ok(Outcome::Done) => (0, None),
         Ok(Outcome::CheckFailed) => (1, None),
+        // As a signal would have ended the process, without a word.
+        Err(e) if no_reader(&e) => (signals::code(SIGPIPE), None),
         Err(e) => (code_of(&e), Some(e)),
     }
 }
@@ -169,16 +173,21 @@ fn code_of(error: &Error) -> u8 {
     }
 }
 
-/// Writes a report to stdout; a reader that went away is no error.
+/// True when whoever read what was written went away.
+fn no_reader(error: &Error) -> bool {
+    matches!(error, Error::Io { source, .. } if source.kind() == ErrorKind::BrokenPipe)
+}
+
+/// Writes to stdout what the command is for.
 fn print(text: &str) -> Result<()> {
-    match std::io::stdout().lock().write_all(text.as_bytes()) {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io(
-            std::path::Path::new("standard output"),
-            "write the report",
-            e,
-        )),
-        _ => Ok(()),
-    }
+    let written = std::io::stdout().lock().write_all(text.as_bytes());
+    written.map_err(|e| Error::io(Path::new("standard output"), "write the report", e))
+}
+
+/// Writes to stdout what there is to say of what was made or judged: that stands, whether or not
+/// anybody reads of it.
+fn tell(text: &str) -> Result<()> {
+    print(text).or_else(|e| if no_reader(&e) { Ok(()) } else { Err(e) })
 }
 
 /// A value as indented JSON with a line end.

@@ -1,7 +1,7 @@
 //! `cornermill normals`: normals of vertices, and of triangles, beside a folder.
 
 use super::work::WorkArgs;
-use super::{Outcome, print};
+use super::{Outcome, tell};
 use crate::build::parent;
 use crate::error::Result;
 use crate::folder::Folder;
@@ -68,7 +68,7 @@ pub(super) fn run(args: &NormalsArgs) -> Result<Outcome> {
             .iter()
             .map(|f| f.display().to_string())
             .collect();
-        print(&format!(
+        tell(&format!(
             "{} normals, {} of them zero, {} triangles left out for a vertex that is not finite: \
              {}\n",
             count.vertices,

@@ -1,7 +1,7 @@
 //! `cornermill picture`: a folder as a PNG.
 
 use super::work::WorkArgs;
-use super::{Outcome, print};
+use super::{Outcome, tell};
 use crate::build::parent;
 use crate::error::{Error, Result};
 use crate::folder::Folder;
@@ -125,7 +125,7 @@ pub(super) fn run(args: &PictureArgs) -> Result<Outcome> {
     }
     if !args.work.quiet {
         let [width, height] = request.size;
-        print(&format!(
+        tell(&format!(
             "{}: {width} x {height}, {} triangles drawn, {} left out (not finite), {} \
              degenerate, {} bytes\n",
             args.output.display(),

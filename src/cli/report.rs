@@ -1,7 +1,7 @@
 //! `cornermill report`: a folder as one page of HTML.
 
 use super::work::WorkArgs;
-use super::{Outcome, print};
+use super::{Outcome, tell};
 use crate::build::parent;
 use crate::error::{Error, Result};
 use crate::folder::Folder;
@@ -62,7 +62,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<Outcome> {
     let folder = Folder::open(&args.folder, &ws.io)?;
     let bytes = page::write(&ws, &folder, &request, &args.output, args.force)?;
     if !args.work.quiet {
-        print(&format!("{}: {bytes} bytes\n", args.output.display()))?;
+        tell(&format!("{}: {bytes} bytes\n", args.output.display()))?;
     }
     Ok(Outcome::Done)
 }

@@ -1,7 +1,7 @@
 //! `cornermill verify`: the full independent check of a mesh folder.
 
 use super::work::WorkArgs;
-use super::{Outcome, print, to_json};
+use super::{Outcome, tell, to_json};
 use crate::error::Result;
 use crate::verify::{Limits, Verdict, verify};
 use clap::Args;
@@ -37,9 +37,9 @@ pub(super) fn run(args: &VerifyArgs) -> Result<Outcome> {
     };
     let verdict = verify(&ws, &args.folder, limits)?;
     if args.json {
-        print(&to_json(&told(&verdict))?)?;
+        tell(&to_json(&told(&verdict))?)?;
     } else if !args.work.quiet || !verdict.ok() {
-        print(&render(&verdict))?;
+        tell(&render(&verdict))?;
     }
     Ok(if verdict.ok() {
         Outcome::Done

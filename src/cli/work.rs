@@ -2,9 +2,10 @@
 
 use super::progress::{self, Kind};
 use super::size::{Size, memory_limit};
-use crate::disk::{Budget, Counters, Scratch, Workers, Workspace};
-use crate::error::Result;
+use crate::disk::{Budget, Counters, Scratch, Workers, Workspace, fs};
+use crate::error::{Error, Result};
 use clap::Args;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -50,11 +51,26 @@ impl WorkArgs {
         self.threads.map_or_else(all, usize::from)
     }
 
+    /// Refuses a `--tmp` that is no folder before the work, not when scratch space is wanted.
+    ///
+    /// # Errors
+    /// [`Error::Io`] naming it.
+    pub fn check_tmp(&self) -> Result<()> {
+        self.tmp.iter().try_for_each(|dir| {
+            let found = fs::metadata(dir).and_then(|meta| match meta.is_dir() {
+                true => Ok(()),
+                false => Err(ErrorKind::NotADirectory.into()),
+            });
+            found.map_err(|e| Error::io(dir, "put scratch files there (--tmp)", e))
+        })
+    }
+
     /// A workspace whose scratch files lie in `beside` unless `--tmp` says otherwise.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] when threads cannot be started.
+    /// [`Error::Usage`] when threads cannot be started; as [`check_tmp`](WorkArgs::check_tmp).
     pub fn workspace(&self, beside: &Path) -> Result<Workspace> {
+        self.check_tmp()?;
         let io = Arc::new(Counters::default());
         let beside = [beside.to_owned()];
         let dirs = if self.tmp.is_empty() {

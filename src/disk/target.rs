@@ -52,6 +52,14 @@ impl Target {
             }
             _ => {}
         }
+        // Neither the name nor what it leads to is certain to be what is meant.
+        if let Ok(to) = path.read_link() {
+            let to = to.display();
+            return refuse(&format!(
+                "is a link to {to}, which --force does not replace; give that name, or remove the \
+                 link"
+            ));
+        }
         let dir = match path.parent() {
             Some(dir) if !dir.as_os_str().is_empty() => dir,
             _ => Path::new("."),

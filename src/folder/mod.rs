@@ -55,6 +55,10 @@ pub const NONMANIFOLD_VERTICES: &str = "nonmanifold_vertices.npy";
 pub const DUPLICATE: &str = "duplicate.npy";
 /// Triangles with a repeated vertex, ascending.
 pub const DEGENERATE: &str = "degenerate.npy";
+/// Ids of the triangles in the folder that this one was filtered from.
+pub const MAP_TRIANGLE: &str = "map_triangle.npy";
+/// Ids of the vertices in the folder that this one was filtered from.
+pub const MAP_VERTEX: &str = "map_vertex.npy";
 /// What the folder holds and what was found; written last.
 pub const MANIFEST: &str = "manifest.json";
 

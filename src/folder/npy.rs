@@ -128,29 +128,38 @@ impl Header {
         self.shape.iter().try_fold(1u64, |n, &d| n.checked_mul(d))
     }
 
+    /// Reads the dictionary as Python would: in any order, with either quotes.
     fn parse(text: &str, data_start: u64) -> Option<Header> {
-        let after = |key: &str| {
-            let at = text.find(key)? + key.len();
-            Some(text[at..].trim_start().strip_prefix(':')?.trim_start())
-        };
-        let descr = after("'descr'")?;
-        let descr = if let Some(quoted) = descr.strip_prefix('\'') {
-            quoted[..quoted.find('\'')?].to_owned()
-        } else {
-            descr[..=descr.find(']')?].to_owned()
-        };
-        let fortran = after("'fortran_order'")?.starts_with("True");
-        let shape = after("'shape'")?.strip_prefix('(')?;
-        let shape = shape[..shape.find(')')?]
-            .split(',')
-            .map(str::trim)
-            .filter(|d| !d.is_empty())
-            .map(|d| d.parse().ok())
-            .collect::<Option<Vec<u64>>>()?;
+        let (mut descr, mut fortran, mut shape) = (None, None, None);
+        let mut rest = Literal(text).after("{")?;
+        while rest.after("}").is_none() {
+            let (key, value) = rest.string()?;
+            rest = value.after(":")?;
+            match key {
+                "descr" => {
+                    let (found, next) = rest.string().or_else(|| rest.list())?;
+                    (descr, rest) = (Some(found.to_owned()), next);
+                }
+                "fortran_order" => {
+                    let yes = rest.after("True").map(|next| (true, next));
+                    let (found, next) = yes.or_else(|| Some((false, rest.after("False")?)))?;
+                    (fortran, rest) = (Some(found), next);
+                }
+                "shape" => {
+                    let (found, next) = rest.numbers()?;
+                    (shape, rest) = (Some(found), next);
+                }
+                _ => return None,
+            }
+            rest = match rest.after(",") {
+                Some(next) => next,
+                None => rest.after("}").map(|_| rest)?,
+            };
+        }
         Some(Header {
-            descr,
-            fortran,
-            shape,
+            descr: descr?,
+            fortran: fortran?,
+            shape: shape?,
             data_start,
         })
     }
@@ -171,6 +180,53 @@ impl Header {
             ));
         }
         Ok(())
+    }
+}
+
+/// The rest of a Python literal, as far as headers have them.
+#[derive(Clone, Copy)]
+struct Literal<'a>(&'a str);
+
+impl<'a> Literal<'a> {
+    /// What comes after `token`, if that comes next.
+    fn after(self, token: &str) -> Option<Self> {
+        self.0.trim_start().strip_prefix(token).map(Literal)
+    }
+
+    /// A string without escapes, which no name and no type of a number has.
+    fn string(self) -> Option<(&'a str, Self)> {
+        let text = self.0.trim_start();
+        let quote = text.chars().next().filter(|c| matches!(c, '\'' | '"'))?;
+        let (found, rest) = text[1..].split_once(quote)?;
+        (!found.contains('\\')).then_some((found, Literal(rest)))
+    }
+
+    /// A list of a structured type, as it is spelled.
+    fn list(self) -> Option<(&'a str, Self)> {
+        let text = self.0.trim_start();
+        let (mut depth, mut quote) = (0u32, None);
+        for (at, c) in text.char_indices() {
+            match (quote, c) {
+                (Some(open), _) if open == c => quote = None,
+                (None, '\'' | '"') => quote = Some(c),
+                (None, '[' | '(') => depth += 1,
+                (None, ']' | ')') => depth = depth.checked_sub(1)?,
+                _ => {}
+            }
+            if depth == 0 && quote.is_none() {
+                let (list, rest) = text.split_at(at + c.len_utf8());
+                return list.starts_with('[').then_some((list, Literal(rest)));
+            }
+        }
+        None
+    }
+
+    /// A tuple of integers, which Python 2 ended with an L when they were long.
+    fn numbers(self) -> Option<(Vec<u64>, Self)> {
+        let (inner, rest) = self.after("(")?.0.split_once(')')?;
+        let number = |word: &str| word.strip_suffix('L').unwrap_or(word).parse().ok();
+        let words = inner.split(',').map(str::trim).filter(|w| !w.is_empty());
+        Some((words.map(number).collect::<Option<_>>()?, Literal(rest)))
     }
 }
 
@@ -195,5 +251,43 @@ mod tests {
             assert_eq!((header.shape, header.fortran), (shape, false));
         }
         assert_eq!(item_bytes(super::super::COMPONENT_DESCR), Some(116));
+    }
+
+    #[test]
+    fn headers_of_other_writers_are_read() {
+        for text in [
+            "{'descr': '<u4', 'fortran_order': False, 'shape': (5, 3)}",
+            "{\"descr\": \"<u4\", \"fortran_order\": False, \"shape\": (5, 3), }",
+            "{'shape':(5,3,),\"fortran_order\":False,'descr':'<u4'}",
+            "  { 'shape' : ( 5L , 3L ) ,\n 'descr' : \"<u4\" ,\t'fortran_order' : False , }  \n",
+        ] {
+            let header = Header::parse(text, 64).unwrap_or_else(|| panic!("{text}"));
+            assert_eq!(
+                (&*header.descr, header.fortran, &*header.shape),
+                ("<u4", false, &[5, 3][..]),
+                "{text}"
+            );
+        }
+        let list = "[(\"a]\", '<u4', (2, 3)), ('b', [('c', '|u1')])]";
+        let text = format!("{{'descr': {list}, 'fortran_order': True, 'shape': ()}}");
+        let header = Header::parse(&text, 64).unwrap();
+        assert_eq!((&*header.descr, header.fortran), (list, true));
+        assert!(header.shape.is_empty());
+        for text in [
+            "",
+            "{}",
+            "{'descr': '<u4', 'fortran_order': False}",
+            "{'descr': '<u4', 'fortran_order': False, 'shape': (5, 3), 'more': 1}",
+            "{'descr': '<u4\", 'fortran_order': False, 'shape': (5, 3)}",
+            "{'descr': '<\\x75', 'fortran_order': False, 'shape': (5, 3)}",
+            "{'descr': '<u4', 'fortran_order': Maybe, 'shape': (5, 3)}",
+            "{'descr': '<u4' 'fortran_order': False, 'shape': (5, 3)}",
+            "{'descr': '<u4', 'fortran_order': False, 'shape': (5, -3)}",
+            "{'descr': '<u4', 'fortran_order': False, 'shape': (5, 3)",
+            "{'descr': ]'<u4', 'fortran_order': False, 'shape': (5, 3)}",
+            &"{'descr': [".repeat(9000),
+        ] {
+            assert_eq!(Header::parse(text, 64), None, "{text}");
+        }
     }
 }

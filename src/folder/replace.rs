@@ -44,6 +44,13 @@ pub fn is_mesh_folder(path: &Path) -> bool {
 /// # Errors
 /// [`Error::Io`].
 pub fn not_replaceable(path: &Path) -> Result<Option<String>> {
+    // Neither the name nor what it leads to is certain to be what is meant.
+    if let Ok(to) = path.read_link() {
+        return Ok(Some(format!(
+            "is a link to {}, which --force does not replace: give that name, or remove the link",
+            to.display()
+        )));
+    }
     let Some(stamp) = Stamp::read(path) else {
         return Ok(Some(
             "is no mesh folder, so --force does not replace it".into(),

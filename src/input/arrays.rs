@@ -105,7 +105,7 @@ pub fn raw(ws: &Workspace, request: &Request) -> Result<Arrays> {
         source: Source::Named(file),
         at: 0,
         kind,
-        endian: request.endian,
+        endian: request.endian.unwrap_or_default(),
         triangles: bytes / row,
     };
     let g = match &request.positions {
@@ -344,7 +344,7 @@ fn raw_coords(ws: &Workspace, path: &Path, request: &Request) -> Result<CoordArr
         source: Source::Named(file),
         at: 0,
         kind,
-        endian: request.endian,
+        endian: request.endian.unwrap_or_default(),
         vertices: bytes / (3 * kind.bytes()),
         placed: false,
     })

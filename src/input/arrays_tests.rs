@@ -31,7 +31,7 @@ fn request(path: PathBuf) -> Request {
         weld: None,
         coords: None,
         raw_index: None,
-        endian: Endian::Little,
+        endian: None,
         vertices: None,
         format: None,
         wide: false,
@@ -96,7 +96,7 @@ impl Bench {
     ) -> Result<Mesh, String> {
         let mut request = request(self.file("v.bin", &vec![0; v]));
         request.raw_index = Some(IndexKind::I4);
-        request.endian = Endian::Big;
+        request.endian = Some(Endian::Big);
         request.positions = g.map(|g| self.file("g.bin", &vec![0; g]));
         request.vertices = vertices;
         request.coords = coords;

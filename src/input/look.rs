@@ -1,13 +1,16 @@
-//! A look at some triangles of an input that was not read yet, where they lie at a fixed distance.
+//! A look at some triangles of an input that was not read yet.
 //!
-//! Why that is often so: arrays, binary STL, and binary PLY files that have nothing but triangles
-//! keep each triangle in as many bytes as the next. Texts and polygons do not, and are not looked
-//! at. Nothing is checked here: what is wrong with the rows is told when they are read.
+//! Arrays, binary STL, and binary PLY files that have nothing but triangles keep each triangle in
+//! as many bytes as the next, so they lie where their numbers say. In texts ([`lines`](super::lines))
+//! and among polygons ([`polygons`](super::polygons)) about where is known, and that does for a look.
+//! Nothing is checked here: what is wrong with the rows is told when they are read.
 //!
-//! Memory: the triangles asked for, and their bytes. I/O: those bytes.
+//! Memory: the triangles asked for, and their bytes, or 256 KiB of them. I/O: those bytes.
 
+use super::lines::Lines;
 use super::open::{begin, find, find_arrays};
-use super::survey::workspace;
+use super::polygons::Polygons;
+use super::survey::{self, workspace};
 use super::{Endian, Format, IndexKind, Request, ply, stl};
 use crate::disk::DataFile;
 use crate::error::Result;
@@ -47,11 +50,22 @@ impl Corner {
     }
 }
 
+/// Where the triangles of an input lie.
+#[derive(Debug)]
+pub(super) enum Lies {
+    /// At a fixed distance.
+    Rows(Rows),
+    /// In the lines of a text.
+    Lines(Lines),
+    /// Among polygons in a binary file.
+    Polygons(Polygons),
+}
+
 /// Triangles to be looked at.
 #[derive(Debug)]
 pub struct Look {
     file: DataFile,
-    rows: Rows,
+    lies: Lies,
     bytes: Vec<u8>,
 }
 
@@ -63,66 +77,87 @@ impl Look {
     pub fn at(request: &Request) -> Result<Option<Look>> {
         let ws = workspace()?;
         let (format, reader) = find(&ws, request)?;
-        let rows = match reader {
+        let lies = match reader {
             None => {
                 let v = find_arrays(&ws, request, format)?.v;
-                Some(Rows {
+                Some(Lies::Rows(Rows {
                     at: v.at,
                     row: 3 * v.kind.bytes(),
                     before: 0,
                     triangles: v.triangles,
                     corner: Corner::Id(v.kind, v.endian),
-                })
+                }))
             }
             Some(mut reader) => {
                 begin(&mut reader, format)?;
                 match format {
-                    Format::Ply => ply::rows(reader)?,
-                    Format::Stl => stl::stated(&mut reader)?.map(|triangles| Rows {
-                        at: stl::HEAD,
-                        row: stl::FACET as u64,
-                        before: 12,
-                        triangles,
-                        corner: Corner::Position(4),
+                    Format::Ply => ply::lies(reader)?,
+                    Format::Off => Some(Lies::Lines(survey::off_lines(reader)?)),
+                    Format::Obj => Some(Lies::Lines(survey::obj_lines(&reader)?)),
+                    _ => Some(match stl::stated(&mut reader)? {
+                        Some(triangles) => Lies::Rows(Rows {
+                            at: stl::HEAD,
+                            row: stl::FACET as u64,
+                            before: 12,
+                            triangles,
+                            corner: Corner::Position(4),
+                        }),
+                        None => Lies::Lines(survey::stl_lines(&reader)?),
                     }),
-                    _ => None,
                 }
             }
         };
-        let open = |rows| Look::open(&request.path, rows);
-        rows.filter(|rows| rows.triangles > 0).map(open).transpose()
+        let open = |lies| Look::open(&request.path, lies);
+        let look = lies.map(open).transpose()?;
+        Ok(look.filter(|look| look.triangles() > 0))
     }
 
-    fn open(path: &Path, rows: Rows) -> Result<Look> {
+    fn open(path: &Path, lies: Lies) -> Result<Look> {
         Ok(Look {
             file: DataFile::open(path, &Default::default())?,
-            rows,
+            lies,
             bytes: Vec::new(),
         })
     }
 
-    /// How many triangles there are.
+    /// How many triangles there are, or about as many.
     pub fn triangles(&self) -> u64 {
-        self.rows.triangles
+        match &self.lies {
+            Lies::Rows(rows) => rows.triangles,
+            Lies::Lines(lines) => lines.triangles(),
+            Lies::Polygons(polygons) => polygons.triangles,
+        }
     }
 
     /// True when corners are told apart by their positions.
     pub fn by_position(&self) -> bool {
-        matches!(self.rows.corner, Corner::Position(_))
+        match &self.lies {
+            Lies::Rows(rows) => matches!(rows.corner, Corner::Position(_)),
+            Lies::Lines(lines) => lines.by_position(),
+            Lies::Polygons(_) => false,
+        }
     }
 
     /// Fills `into` with the corners of `count` triangles from `first`: ids, or what stands for
-    /// their positions.
+    /// their positions. Where triangles do not lie at a fixed distance they are about these, and may be
+    /// fewer.
     ///
     /// # Errors
     /// [`crate::Error::Io`].
     pub fn read(&mut self, first: u64, count: u64, into: &mut Vec<[u64; 3]>) -> Result<()> {
         let Rows {
-            at, row, before, ..
-        } = self.rows;
+            at,
+            row,
+            before,
+            corner,
+            ..
+        } = match &self.lies {
+            Lies::Rows(rows) => *rows,
+            Lies::Lines(lines) => return lines.read(first, count, into),
+            Lies::Polygons(polygons) => return polygons.read(&self.file, first, count, into),
+        };
         self.bytes.resize((row * count) as usize, 0);
         self.file.read_at(&mut self.bytes, at + row * first)?;
-        let corner = self.rows.corner;
         let width = corner.bytes() as usize;
         into.clear();
         into.extend(self.bytes.chunks_exact(row as usize).map(|row| {
@@ -135,9 +170,14 @@ impl Look {
 
 /// The id in these bytes, or what stands for the position.
 fn word(bytes: &[u8], corner: Corner) -> u64 {
-    let Corner::Id(_, endian) = corner else {
-        return xxh3_64(bytes);
-    };
+    match corner {
+        Corner::Id(_, endian) => number(bytes, endian),
+        Corner::Position(_) => xxh3_64(bytes),
+    }
+}
+
+/// The unsigned number in these bytes.
+pub(super) fn number(bytes: &[u8], endian: Endian) -> u64 {
     let fold = |id: u64, byte: &u8| id << 8 | u64::from(*byte);
     match endian {
         Endian::Little => bytes.iter().rev().fold(0, fold),
@@ -166,7 +206,7 @@ mod tests {
                 triangles: 2,
                 corner: Corner::Id(IndexKind::U4, endian),
             };
-            let mut look = Look::open(&path, rows).unwrap();
+            let mut look = Look::open(&path, Lies::Rows(rows)).unwrap();
             let mut found = Vec::new();
             look.read(1, 1, &mut found).unwrap();
             assert_eq!(found, [[7, 1 << 20, 9]]);

@@ -10,12 +10,14 @@
 
 pub mod arrays;
 mod keep;
+mod lines;
 mod look;
 mod number;
 mod obj;
 mod off;
 mod open;
 mod ply;
+mod polygons;
 pub mod reader;
 mod sample;
 pub mod sink;
@@ -199,8 +201,8 @@ pub struct Request {
     pub coords: Option<CoordKind>,
     /// Index type of a raw V; its presence makes the input raw.
     pub raw_index: Option<IndexKind>,
-    /// Byte order of raw arrays.
-    pub endian: Endian,
+    /// `--endian`: byte order of raw arrays; little when nothing is said.
+    pub endian: Option<Endian>,
     /// Number of vertices of a raw or `.npy` V.
     pub vertices: Option<u64>,
     /// `--format`: instead of looking at the name and the first bytes.

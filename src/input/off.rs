@@ -79,12 +79,13 @@ pub fn read(ws: &Workspace, reader: ByteReader, request: &Request) -> Result<Mes
     sink.finish("off", lexer.into_reader().finish()?)
 }
 
-/// The numbers of vertices and faces that the file states.
+/// The numbers of vertices and faces that the file states, and the byte where its rows begin.
 ///
 /// # Errors
 /// As [`read`].
-pub fn stated(reader: ByteReader) -> Result<[u64; 2]> {
-    Ok(header(reader)?.2)
+pub fn stated(reader: ByteReader) -> Result<([u64; 2], u64)> {
+    let (lexer, _, counts) = header(reader)?;
+    Ok((counts, lexer.into_reader().offset()))
 }
 
 /// Reads up to the first row; true when vertices have more than three values.

@@ -14,13 +14,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// Bytes of a part.
-const PART: u64 = 4 << 10;
+pub(super) const PART: u64 = 4 << 10;
 /// Parts of a file.
 const PARTS: u64 = 256;
-/// Bytes of the end of a file in which faces are looked at.
-const END: u64 = 64 << 10;
 
 /// A text to be looked into.
+#[derive(Debug)]
 pub struct Sample {
     file: DataFile,
     length: u64,
@@ -37,75 +36,132 @@ impl Sample {
         Ok(Sample { file, length })
     }
 
+    /// Its length in bytes.
+    pub fn length(&self) -> u64 {
+        self.length
+    }
+
     /// The sums over all lines of the numbers that `count` finds in a line, as the parts tell.
     ///
     /// # Errors
     /// [`crate::Error::Io`].
     pub fn sums<const N: usize>(&self, count: impl Fn(&[u8]) -> [u64; N]) -> Result<[u64; N]> {
-        let whole = self.length <= PART * PARTS;
-        let (parts, bytes) = if whole {
-            (1, self.length)
-        } else {
-            (PARTS, PART)
-        };
-        let stretch = self.length as f64 / parts as f64;
         let mut sums = [0.0; N];
-        for i in 0..parts {
-            let middle = (i as f64 + 0.5) * stretch;
-            let at = (middle - bytes as f64 / 2.0) as u64;
+        self.parts(0, |_, stretch, text| {
             let mut found = [0u64; N];
-            let seen = self.lines(at, bytes, |line| {
+            for line in text.split(is_end).filter(|line| !line.is_empty()) {
                 for (sum, n) in found.iter_mut().zip(count(line)) {
                     *sum += n;
                 }
-            })?;
-            for (sum, n) in sums.iter_mut().zip(found) {
-                *sum += n as f64 * stretch / seen.max(1) as f64;
             }
-        }
+            for (sum, n) in sums.iter_mut().zip(found) {
+                *sum += n as f64 * stretch / text.len().max(1) as f64;
+            }
+        })?;
         Ok(sums.map(|sum| sum.round() as u64))
     }
 
-    /// Triangles that a face makes when cut into its fan, on average over the faces at the end
-    /// of the text: lines that begin with the number of the corners. At least 1.
+    /// Hands the whole lines of each part behind byte `from` to `each`, with where they were looked
+    /// for, and the length of the stretch of file that they stand for.
     ///
     /// # Errors
     /// [`crate::Error::Io`].
-    pub fn last_fans(&self) -> Result<f64> {
-        let (mut faces, mut triangles) = (0u64, 0u64);
-        self.lines(self.length.saturating_sub(END), END, |line| {
-            let mut words = words(line);
-            let corners = words.next().and_then(|w| std::str::from_utf8(w).ok());
-            let corners = corners.and_then(|w| w.parse::<usize>().ok()).unwrap_or(0);
-            if corners > 2 && words.count() >= corners {
-                faces += 1;
-                triangles += corners as u64 - 2;
-            }
-        })?;
-        Ok(triangles.max(1) as f64 / faces.max(1) as f64)
+    pub fn parts(&self, from: u64, mut each: impl FnMut(u64, f64, &[u8])) -> Result<()> {
+        let length = self.length.saturating_sub(from);
+        let (parts, bytes) = if length <= PART * PARTS {
+            (1, length)
+        } else {
+            (PARTS, PART)
+        };
+        let stretch = length as f64 / parts as f64;
+        let mut part = Vec::new();
+        for i in 0..parts {
+            let middle = from as f64 + (i as f64 + 0.5) * stretch;
+            let at = (middle - bytes as f64 / 2.0) as u64;
+            let text = self.whole(at, bytes, at <= from, &mut part)?;
+            each(at, stretch, text);
+        }
+        Ok(())
     }
 
-    /// Hands the whole lines among the `bytes` at `at` to `each`; returns the bytes that they
-    /// take. A part without the end of a line is handed on as one line.
-    fn lines(&self, at: u64, bytes: u64, mut each: impl FnMut(&[u8])) -> Result<u64> {
-        let mut part = vec![0; bytes.min(self.length.saturating_sub(at)) as usize];
-        let n = self.file.read_some_at(&mut part, at)?;
+    /// Hands lines from byte `at` on to `each`, the first from there, until it has enough, `most`
+    /// bytes were read, or the text ends. A line of more than `step` bytes comes in pieces.
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`].
+    pub fn stream(
+        &self,
+        at: u64,
+        most: u64,
+        step: u64,
+        mut each: impl FnMut(&[u8]) -> bool,
+    ) -> Result<()> {
+        let (mut block, mut held, mut read) = (vec![0; step as usize], 0, 0);
+        while read < most {
+            let n = self.file.read_some_at(&mut block[held..], at + read)?;
+            read += n as u64;
+            let text = &block[..held + n];
+            let ended = n == 0;
+            let to = match text.iter().rposition(is_end) {
+                Some(end) if !ended => end + 1,
+                // The last line, or one that is too long.
+                _ if ended || text.len() == block.len() => text.len(),
+                _ => 0,
+            };
+            let lines = text[..to].split(is_end).filter(|line| !line.is_empty());
+            for line in lines {
+                if !each(line) {
+                    return Ok(());
+                }
+            }
+            if ended {
+                break;
+            }
+            held = text.len() - to;
+            block.copy_within(to..to + held, 0);
+        }
+        Ok(())
+    }
+
+    /// Hands the whole lines among the `bytes` at `at` to `each`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`].
+    pub fn lines(&self, at: u64, bytes: u64, each: impl FnMut(&[u8])) -> Result<()> {
+        let mut part = Vec::new();
+        let text = self.whole(at, bytes, at == 0, &mut part)?;
+        let lines = text.split(is_end).filter(|line| !line.is_empty());
+        lines.for_each(each);
+        Ok(())
+    }
+
+    /// The whole lines among the `bytes` at `at`, where a line may begin, or does. A part without
+    /// the end of a line is one.
+    fn whole<'p>(
+        &self,
+        at: u64,
+        bytes: u64,
+        begins: bool,
+        part: &'p mut Vec<u8>,
+    ) -> Result<&'p [u8]> {
+        part.resize(bytes.min(self.length.saturating_sub(at)) as usize, 0);
+        let n = self.file.read_some_at(part, at)?;
         part.truncate(n);
-        let is_end = |&b: &u8| b == b'\n' || b == b'\r';
         let first = part.iter().position(is_end).map_or(0, |i| i + 1);
-        let from = if at == 0 { 0 } else { first };
+        let from = if begins { 0 } else { first };
         let last = part.iter().rposition(is_end).map_or(n, |i| i + 1);
         let to = if at + n as u64 >= self.length {
             n
         } else {
             last
         };
-        let text = &part[from.min(to)..to];
-        text.split(is_end)
-            .filter(|line| !line.is_empty())
-            .for_each(&mut each);
-        Ok(text.len() as u64)
+        Ok(&part[from.min(to)..to])
     }
+}
+
+/// True for a byte that ends a line.
+pub fn is_end(byte: &u8) -> bool {
+    matches!(byte, b'\n' | b'\r')
 }
 
 /// The words of a line.
@@ -152,18 +208,7 @@ mod tests {
         let (_file, long) = sample(&"vvv ".repeat(1 << 20));
         // A line a part, for as many bytes as a part has.
         assert!(long.sums(marks).unwrap()[0] <= (4 << 20) / PART);
-        assert_eq!(long.last_fans().unwrap(), 1.0);
         let (_file, none) = sample("");
         assert_eq!(none.sums(marks).unwrap(), [0, 0]);
-    }
-
-    #[test]
-    fn fans_of_the_last_faces() {
-        for (row, fans) in [("3 0 1 2\n", 1.0), ("4 0 1 2 3\n", 2.0), ("0.5 0 1\n", 1.0)] {
-            let (_file, sample) = sample(&row.repeat(20_000));
-            assert_eq!(sample.last_fans().unwrap(), fans);
-        }
-        let (_file, sample) = sample("1 2 3\n3 0 1 2 255 0 0\r\n4 0 1 2 3\r\n");
-        assert_eq!(sample.last_fans().unwrap(), 1.5);
     }
 }

@@ -8,9 +8,9 @@
 //! Memory: buffers of 1 MiB. I/O: the header; of a text 1 MiB. Nothing is written.
 
 use super::arrays::Arrays;
+use super::lines::{Column, Form, Lines};
 use super::open::{begin, find, find_arrays, welds};
 use super::reader::ByteReader;
-use super::sample::{Sample, words};
 use super::{CoordKind, Format, Request, off, ply, stl};
 use crate::disk::{Budget, Counters, NoProgress, Scratch, Workers, Workspace, fs};
 use crate::error::{Error, Result};
@@ -31,6 +31,8 @@ pub struct Survey {
     pub coords: Option<CoordKind>,
     /// True when the counts are certain, false when they are estimates.
     pub exact: bool,
+    /// Triangles and vertices that the mesh has at least, or is no mesh.
+    pub least: [u64; 2],
     /// Bytes of the input's files.
     pub input_bytes: u64,
     /// True when V is decoded to a scratch file, false when it is used where it lies.
@@ -50,6 +52,7 @@ pub(super) struct Counted {
     pub vertices: u64,
     pub coords: CoordKind,
     pub exact: bool,
+    pub least: [u64; 2],
 }
 
 /// Surveys the input that the request names.
@@ -109,12 +112,14 @@ fn survey_arrays(request: &Request, format: Format, arrays: &Arrays) -> Result<S
         input_bytes += g.source.data().len()?;
     }
     let welded = welds(request, format);
+    let vertices = g.as_ref().map(|g| g.vertices).or(request.vertices);
     Ok(Survey {
         format,
         triangles: v.triangles,
-        vertices: g.as_ref().map(|g| g.vertices).or(request.vertices),
+        vertices,
         coords: g.as_ref().map(|g| request.coords.unwrap_or(g.kind)),
         exact: !welded,
+        least: at_least([v.triangles, vertices.unwrap_or(0)], welded),
         input_bytes,
         decoded: welded,
         welded,
@@ -147,12 +152,19 @@ fn survey_stream(request: &Request, format: Format, reader: ByteReader) -> Resul
         vertices: Some(counted.vertices),
         coords: Some(coords),
         exact: counted.exact && !welded,
+        least: at_least(counted.least, welded),
         input_bytes: length,
         decoded: true,
         welded,
         v_row,
         rows: (format != Format::Stl).then_some([v_row, 3 * coords.bytes()]),
     })
+}
+
+/// What a weld leaves for certain of so many triangles and vertices: of the latter one, perhaps.
+fn at_least([triangles, vertices]: [u64; 2], welded: bool) -> [u64; 2] {
+    let most = if welded { 1 } else { u64::MAX };
+    [triangles, vertices.min(most)]
 }
 
 /// Bytes of a triangle in the scratch file of indices.
@@ -177,51 +189,74 @@ pub(super) fn refuse_beyond(path: &Path, least: u64, have: u64) -> Result<()> {
 
 fn count_off(reader: ByteReader, length: u64) -> Result<Counted> {
     let path = reader.path().to_owned();
-    let [vertices, faces] = off::stated(reader)?;
+    let ([vertices, faces], from) = off::stated(reader)?;
     // The shortest rows, `0 0 0` and `3 0 0 0`, with the ends of their lines.
     let rows = vertices.saturating_mul(6);
     refuse_beyond(&path, rows.saturating_add(faces.saturating_mul(8)), length)?;
-    let fans = Sample::open(&path)?.last_fans()?;
+    let lines = Lines::map(&path, off_form(), from, Some(faces))?;
     Ok(Counted {
-        triangles: (faces as f64 * fans).round() as u64,
+        triangles: lines.triangles(),
         vertices,
         coords: CoordKind::F4,
         exact: false,
+        least: [faces, vertices],
     })
 }
 
+/// Behind the corners of a face may stand its colour.
+fn off_form() -> Form {
+    Form::Rows(vec![Column::Face(0, 0)], false)
+}
+
+/// The triangles of an OFF file.
+///
+/// # Errors
+/// As [`off::stated`].
+pub(super) fn off_lines(reader: ByteReader) -> Result<Lines> {
+    let path = reader.path().to_owned();
+    let ([_, faces], from) = off::stated(reader)?;
+    Lines::map(&path, off_form(), from, Some(faces))
+}
+
+/// The triangles of an OBJ file.
+///
+/// # Errors
+/// [`Error::Io`].
+pub(super) fn obj_lines(reader: &ByteReader) -> Result<Lines> {
+    Lines::map(reader.path(), Form::Statements, 0, None)
+}
+
+/// The triangles of an STL file in text.
+///
+/// # Errors
+/// [`Error::Io`].
+pub(super) fn stl_lines(reader: &ByteReader) -> Result<Lines> {
+    Lines::map(reader.path(), Form::Facets, 0, None)
+}
+
 fn count_obj(reader: &ByteReader) -> Result<Counted> {
-    let sample = Sample::open(reader.path())?;
-    let [vertices, triangles] = sample.sums(|line| {
-        let mut words = words(line);
-        match words.next() {
-            Some(b"v") => [1, 0],
-            Some(b"f" | b"fo") => [0, (words.count() as u64).saturating_sub(2)],
-            _ => [0, 0],
-        }
-    })?;
+    let lines = obj_lines(reader)?;
     Ok(Counted {
-        triangles,
-        vertices,
+        triangles: lines.triangles(),
+        vertices: lines.vertices,
         coords: CoordKind::F4,
         exact: false,
+        least: [0, 0],
     })
 }
 
 fn count_stl(mut reader: ByteReader) -> Result<Counted> {
-    let triangles = match stl::stated(&mut reader)? {
+    let stated = stl::stated(&mut reader)?;
+    let triangles = match stated {
         Some(facets) => facets,
-        None => {
-            let end = |word: &[u8]| word.eq_ignore_ascii_case(b"endfacet");
-            let facets = |line: &[u8]| [words(line).filter(|w| end(w)).count() as u64];
-            Sample::open(reader.path())?.sums(facets)?[0]
-        }
+        None => stl_lines(&reader)?.triangles(),
     };
     Ok(Counted {
         triangles,
         vertices: closed_vertices(triangles),
         coords: CoordKind::F4,
         exact: false,
+        least: [stated.unwrap_or(0), 0],
     })
 }
 

@@ -55,7 +55,8 @@ fn binary_ply_is_exact_with_polygons_too() {
     );
     assert_eq!(surveyed.vertices, Some(5));
     assert_eq!((surveyed.v_row, surveyed.rows), (12, Some([12, 24])));
-    // A second list: nobody knows whose bytes they are.
+    assert_eq!(surveyed.least, [3, 5]);
+    // A second list: nobody knows whose bytes they are, but some rows tell.
     let rows = ROWS.replace("end_h", "property list uchar uchar flags\nend_h");
     let mut data = binary_rows();
     data.insert(5 * 16 + 9, 0);
@@ -64,7 +65,7 @@ fn binary_ply_is_exact_with_polygons_too() {
     let (surveyed, opened) = both("a", &file, |_| {});
     assert_eq!(
         (opened, surveyed.triangles, surveyed.exact),
-        ([3, 5], 2, false)
+        ([3, 5], 3, false)
     );
 }
 
@@ -138,7 +139,7 @@ fn stl_in_both_forms() {
 fn arrays_are_exact() {
     let ids: Vec<u8> = [0u64, 1, 2, 2, 1, 3].map(u64::to_be_bytes).concat();
     let raw = |r: &mut Request| {
-        (r.raw_index, r.endian) = (Some(IndexKind::I8), Endian::Big);
+        (r.raw_index, r.endian) = (Some(IndexKind::I8), Some(Endian::Big));
         r.vertices = Some(9);
     };
     let (surveyed, opened) = both("v", &ids, raw);

@@ -9,7 +9,7 @@
 //! Memory: a block of G a thread. I/O: G once for the frame; then for the chunks at most
 //! [`WORTH`] bytes a corner.
 
-use super::files::Arrays;
+use super::open::Arrays;
 use super::tally::Tally;
 use crate::disk::{DataFile, Workspace};
 use crate::error::Result;

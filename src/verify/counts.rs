@@ -26,6 +26,15 @@ pub(super) fn check(findings: &Findings, said: &Counts, own: &Counts) {
         inconsistent_edges, components, components_joined, nonorientable_components,
         closed_components, watertight_components, flipped_triangles, flipped_components
     } without polygons_fanned);
+    // How many there were is not in the folder; but each has left two triangles at least.
+    let (fanned, most) = (said.polygons_fanned, own.triangles / 2);
+    if fanned > most {
+        let at = At::Key("polygons_fanned");
+        findings.add(Check::Counts, MANIFEST, at, || {
+            let expected = format!("at most {most}, half the number of triangles");
+            (format!("the count is {fanned}"), expected)
+        });
+    }
 }
 
 /// Compares every measure of the manifest with the recount.

@@ -11,8 +11,8 @@
 
 use super::edge_record::{EdgeRecord, Facing};
 use super::fans::Feed;
-use super::files::Arrays;
 use super::links::Links;
+use super::open::Arrays;
 use super::read::{IdReader, Rows};
 use super::sort::{Filler, Merge, Record, Sorter};
 use super::spool::Spool;

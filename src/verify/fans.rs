@@ -20,8 +20,8 @@
 
 use super::duplicates::{Repeat, Twin};
 use super::edge_record::Facing;
-use super::files::Arrays;
 use super::links::Links;
+use super::open::Arrays;
 use super::read::IdReader;
 use super::sort::{Filler, Record};
 use super::tally::Table;

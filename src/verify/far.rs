@@ -8,7 +8,7 @@
 //! the labels once.
 
 use super::coords::{Block, Coords};
-use super::files::Arrays;
+use super::open::Arrays;
 use super::read::IdReader;
 use super::sort::{Record, Sorter};
 use super::tally::{Table, Tally};

@@ -7,9 +7,9 @@
 
 use super::duplicates::{self, Repeat, Twin};
 use super::fans::{self, Feed, Share};
-use super::files::{Arrays, Lists};
 use super::links::Links;
 use super::listing::{DUPLICATES, Listing, VERTICES};
+use super::open::{Arrays, Lists};
 use super::sort::Sorter;
 use super::stars;
 use super::tally::{Table, Tally};

@@ -38,8 +38,10 @@ mod far;
 mod files;
 mod links;
 mod listing;
+mod maps;
 mod measured;
 mod measures;
+mod open;
 mod range;
 mod read;
 mod row;
@@ -61,9 +63,9 @@ use crate::error::{Error, Result};
 use crate::folder::{ComponentRow, Counts, Manifest, Measures};
 use coords::Coords;
 use edge_record::{EdgeRecord, Narrow, Wide};
-use files::Arrays;
 use links::Links;
 use measured::{Measured, Told};
+use open::Arrays;
 use rows::MeasuredRow;
 use sort::Sorter;
 use spool::Spool;
@@ -115,7 +117,7 @@ pub fn verify(ws: &Workspace, path: &Path, limits: Limits) -> Result<Verdict> {
     let mut checked = Checked::default();
     let mut complete = false;
     if files::check(ws, path, &manifest, &findings, &mut checked)?
-        && let Some(arrays) = files::arrays(ws, path, &manifest, &findings)?
+        && let Some(arrays) = open::arrays(ws, path, &manifest, &findings)?
     {
         let sound = Contents {
             ws,
@@ -214,6 +216,7 @@ impl Contents<'_> {
             polygons_fanned: self.manifest.counts.polygons_fanned,
         };
         counts::check(self.findings, &self.manifest.counts, &counts);
+        maps::check(ws, arrays, self.findings)?;
         if let Some((told, valences)) = told.zip(valences) {
             self.measures(&counts, &told, valences, kinds.smesh);
         }

@@ -3,7 +3,7 @@
 //!
 //! Memory, I/O: none.
 
-use super::files::Arrays;
+use super::open::Arrays;
 use super::verdict::{At, Check, Findings, id};
 use crate::folder::{COMPONENT, DEGENERATE, FLIPPED, O, V};
 

@@ -7,8 +7,8 @@
 //! Memory: the buffers of the merge. I/O: `components.npy` and the recounted parts once.
 
 use super::coords::Frame;
-use super::files::Arrays;
 use super::measures;
+use super::open::Arrays;
 use super::read::Rows;
 use super::shape;
 use super::sort::Sorter;

@@ -12,7 +12,7 @@
 use super::coords::{Block, Coords};
 use super::edge_record::{EdgeRecord, Facing};
 use super::far::Wanted;
-use super::files::Arrays;
+use super::open::Arrays;
 use super::read::IdReader;
 use super::row::Row;
 use super::sort::{Filler, Sorter};

@@ -49,10 +49,12 @@ pub enum Check {
     Counts,
     /// Every measure of the manifest is what the arrays say.
     Measures,
+    /// Ids in the folder that this one was filtered from ascend, and are ids.
+    Maps,
 }
 
 /// Number of kinds of [`Check`].
-const CHECKS: usize = Check::Measures as usize + 1;
+const CHECKS: usize = Check::Maps as usize + 1;
 
 impl Check {
     /// All checks, in the order of a verdict.
@@ -75,6 +77,7 @@ impl Check {
         Check::ComponentTable,
         Check::Counts,
         Check::Measures,
+        Check::Maps,
     ];
 
     /// Its name in reports.
@@ -98,6 +101,7 @@ impl Check {
             Check::ComponentTable => "component table",
             Check::Counts => "counts",
             Check::Measures => "measures",
+            Check::Maps => "maps",
         }
     }
 }

@@ -140,8 +140,11 @@ fn the_command_takes_chunks_boxes_and_components() {
         said.starts_with(&format!("{} triangles", count.triangles)),
         "{said}"
     );
-    let said = decode(&["--bbox=1e8,1e8,1e8,1e9,1e9,1e9"], 0).stdout;
-    assert!(said.starts_with("0 triangles"), "{said}");
+    for more in [&[][..], &["--chunk=0"]] {
+        let nowhere = [&["--bbox=1e8,1e8,1e8,1e9,1e9,1e9"], more].concat();
+        let refused = decode(&nowhere, 2);
+        assert!(refused.stderr.contains("nothing to decode"), "{refused}");
+    }
     let said = decode(&["--component", "0"], 0).stdout;
     assert!(
         said.starts_with(&format!("{} triangles", count.triangles)),

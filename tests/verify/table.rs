@@ -109,7 +109,7 @@ fn notices_every_count() {
     let counts = serde_json::to_value(&sound.counts).unwrap();
     for key in counts.as_object().unwrap().keys() {
         if key == "polygons_fanned" {
-            // The folder does not tell.
+            // The folder does not tell but their most.
             continue;
         }
         let mut wrong = counts.clone();
@@ -123,6 +123,26 @@ fn notices_every_count() {
             format!(
                 "[counts] manifest.json: {key}: the count is {}; expected {value}\n",
                 value + 1
+            )
+        );
+    }
+}
+
+/// Each polygon left two triangles at least.
+#[test]
+fn notices_more_polygons_than_triangles_can_come_from() {
+    let (soup, orient) = pair();
+    let mut parts = parts(&soup, orient);
+    let most = parts.counts.triangles / 2;
+    parts.counts.polygons_fanned = most;
+    assert!(verdict_of(&parts).ok());
+    for wrong in [most + 1, u64::MAX] {
+        parts.counts.polygons_fanned = wrong;
+        assert_eq!(
+            said(&verdict_of(&parts)),
+            format!(
+                "[counts] manifest.json: polygons_fanned: the count is {wrong}; expected at \
+                 most {most}, half the number of triangles\n"
             )
         );
     }

@@ -21,7 +21,7 @@ fn request(path: PathBuf) -> Request {
         weld: None,
         coords: None,
         raw_index: None,
-        endian: Endian::Little,
+        endian: None,
         vertices: None,
         format: None,
         wide: false,
@@ -144,7 +144,7 @@ fn triangles_are_read_from_far_rows_of_every_type() {
                         "u8" => IndexKind::U8,
                         _ => IndexKind::I8,
                     });
-                    asked.endian = if big { Endian::Big } else { Endian::Little };
+                    asked.endian = Some(if big { Endian::Big } else { Endian::Little });
                     arrays::raw(&ws, &asked).expect("raw arrays")
                 } else {
                     arrays::npy(&ws, &asked).expect("arrays")

@@ -45,11 +45,6 @@ use crate::folder::{self, Counts, FileEntry, Folder, InputEntry, Manifest, WarmS
 use source::Source;
 use std::path::PathBuf;
 
-/// Ids of the triangles in the source.
-pub const MAP_TRIANGLE: &str = "map_triangle.npy";
-/// Ids of the vertices in the source.
-pub const MAP_VERTEX: &str = "map_vertex.npy";
-
 /// What to take, and where to.
 #[derive(Clone, Debug)]
 pub struct FilterRequest {

@@ -7,9 +7,9 @@
 //! Memory: a block, and 3 bits a chosen triangle. I/O: V, O, labels and flips read once; V, O,
 //! labels, flips and both maps written once.
 
+use super::Job;
 use super::source::Row;
 use super::table::Table;
-use super::{Job, MAP_TRIANGLE, MAP_VERTEX};
 use crate::build::arrays::OutArray;
 use crate::corner::{Index, flip_k, next_k, prev_k};
 use crate::error::{Result, conserve};
@@ -30,7 +30,7 @@ pub(super) fn triangles<I: Index>(
         job.array(folder::V, I::DESCR, &[t, 3], 3 * id)?,
         job.array(folder::O, I::DESCR, &[t, 3], 3 * id)?,
         job.array(folder::COMPONENT, I::DESCR, &[t], id)?,
-        job.array(MAP_TRIANGLE, "<u8", &[t], 8)?,
+        job.array(folder::MAP_TRIANGLE, "<u8", &[t], 8)?,
         job.array(folder::FLIPPED, "|u1", &[t.div_ceil(8)], 1)?,
     ];
     let (mut v, mut o, mut labels) = (Vec::<I>::new(), Vec::<I>::new(), Vec::<I>::new());
@@ -117,7 +117,7 @@ pub(super) fn triangles<I: Index>(
 
 /// Writes the ids that vertices had.
 pub(super) fn vertices(job: &Job) -> Result<OutArray> {
-    let array = job.array(MAP_VERTEX, "<u8", &[job.vertices], 8)?;
+    let array = job.array(folder::MAP_VERTEX, "<u8", &[job.vertices], 8)?;
     let mut ids = Vec::with_capacity(job.step as usize);
     let mut written = 0;
     for v in 0..job.folder.manifest().counts.vertices {

@@ -3,20 +3,18 @@
 //! Why that is often exact: in a binary file whose only list holds the corners of the faces,
 //! everything else has a known size, so the length tells the number of all corners together;
 //! and faces of c corners are cut into c - 2 triangles each, so that the sum needs none of the
-//! single counts. In a text the last faces are looked at, and taken for the usual ones.
+//! single counts. In a text, and where faces have other lists beside them, faces from all over the
+//! file are looked at, and taken for the usual ones.
 //!
-//! Memory: the header, and a part of a text. I/O: the header, and 1 MiB of a text.
+//! Memory: the header, and a part of the file. I/O: the header, and 1 MiB.
 
+use super::lies::{by_some, lines};
 use super::{Encoding, Outline, Plan, Scalar, Step};
 use crate::error::Result;
-use crate::input::look::{Corner, Rows};
+use crate::input::Endian;
 use crate::input::reader::ByteReader;
 use crate::input::sample::{Sample, words};
 use crate::input::survey::{Counted, refuse_beyond};
-use crate::input::{Endian, IndexKind};
-
-/// Rows wider than this, in bytes, are not looked at: many are read at once.
-const WIDEST: u64 = 128;
 
 /// Counts the mesh that the reader is at the beginning of, in a file of `length` bytes.
 ///
@@ -43,65 +41,26 @@ pub fn count(mut reader: ByteReader, length: u64) -> Result<Counted> {
     let (triangles, exact) = if ascii {
         (in_text(&reader, plans, [faces, strips])?, false)
     } else {
-        in_bytes(plans, faces, data - least)
+        match in_bytes(plans, faces, data - least) {
+            (guess, false) => {
+                let endian = match outline.header.encoding {
+                    Encoding::Big => Endian::Big,
+                    _ => Endian::Little,
+                };
+                (by_some(&reader, plans, endian)?.unwrap_or(guess), false)
+            }
+            exact => exact,
+        }
     };
+    let vertices = rows(|s| matches!(s, Step::Coord(..)));
     Ok(Counted {
         triangles,
-        vertices: rows(|s| matches!(s, Step::Coord(..))),
+        vertices,
         coords: outline.kind,
         exact,
+        // A face makes a triangle at least.
+        least: [if exact { triangles } else { faces }, vertices],
     })
-}
-
-/// Where the triangles of a file lie, when it is binary and they lie at a fixed distance.
-///
-/// # Errors
-/// As [`count`].
-pub(in crate::input) fn rows(mut reader: ByteReader) -> Result<Option<Rows>> {
-    let outline = Outline::read(&mut reader)?;
-    let endian = match outline.header.encoding {
-        Encoding::Ascii => return Ok(None),
-        Encoding::Big => Endian::Big,
-        Encoding::Little => Endian::Little,
-    };
-    let mut at = reader.offset();
-    for plan in &outline.plans {
-        // The fixed bytes of a row, and those of them before its face.
-        let (mut row, mut face) = (0, None);
-        for step in &plan.steps {
-            match *step {
-                Step::Skip(one) | Step::Coord(_, one) => row += one.bytes() as u64,
-                Step::Face { count, item } if face.is_none() => {
-                    face = Some((row + count.bytes() as u64, item));
-                    row += (count.bytes() + 3 * item.bytes()) as u64;
-                }
-                _ => return Ok(None),
-            }
-        }
-        let Some((before, item)) = face else {
-            at = at.saturating_add(plan.rows.saturating_mul(row));
-            continue;
-        };
-        if row > WIDEST {
-            return Ok(None);
-        }
-        let kind = match item.bytes() {
-            4 => IndexKind::U4,
-            8 => IndexKind::U8,
-            _ => return Ok(None),
-        };
-        let end = at.saturating_add(plan.rows.saturating_mul(row));
-        // Polygons would make the file longer.
-        let last = reader.length() == Some(end);
-        return Ok(last.then_some(Rows {
-            at,
-            row,
-            before,
-            triangles: plan.rows,
-            corner: Corner::Id(kind, endian),
-        }));
-    }
-    Ok(None)
 }
 
 /// Bytes that a value takes at least; in a text a digit and a blank.
@@ -116,7 +75,7 @@ fn least_bytes(step: &Step, ascii: bool) -> u64 {
 }
 
 /// Triangles when the items of all lists take `items` bytes; true when that is exact.
-fn in_bytes(plans: &[Plan], faces: u64, items: u64) -> (u64, bool) {
+pub(super) fn in_bytes(plans: &[Plan], faces: u64, items: u64) -> (u64, bool) {
     let lists = |plan: &Plan| -> Vec<(bool, Scalar, u64)> {
         let list = |step: &Step| match *step {
             Step::SkipList { item, .. } | Step::Strip { item, .. } => Some((false, item)),
@@ -141,15 +100,9 @@ fn in_bytes(plans: &[Plan], faces: u64, items: u64) -> (u64, bool) {
 
 /// Triangles of a text.
 fn in_text(reader: &ByteReader, plans: &[Plan], [faces, strips]: [u64; 2]) -> Result<u64> {
-    let sample = Sample::open(reader.path())?;
     if faces > 0 {
-        // Rows that begin with the corners, at the end: what nearly all programs write.
-        let last = plans.iter().rfind(|p| p.rows > 0);
-        let first = last.and_then(|p| p.steps.first());
-        return Ok(match first {
-            Some(Step::Face { .. }) => (faces as f64 * sample.last_fans()?).round() as u64,
-            _ => faces,
-        });
+        // At the end, as nearly all programs write them.
+        return Ok(lines(reader, plans)?.map_or(faces, |lines| lines.triangles()));
     }
     if strips == 0 {
         return Ok(0);
@@ -157,6 +110,7 @@ fn in_text(reader: &ByteReader, plans: &[Plan], [faces, strips]: [u64; 2]) -> Re
     // The words that are no other values.
     let values = |plan: &Plan| plan.rows.saturating_mul(plan.steps.len() as u64);
     let others = plans.iter().map(values).fold(0, u64::saturating_add);
+    let sample = Sample::open(reader.path())?;
     let [all] = sample.sums(|line| [words(line).count() as u64])?;
     Ok(all.saturating_sub(others))
 }

@@ -22,6 +22,7 @@ mod binary;
 mod count;
 mod gather;
 mod header;
+mod lies;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
@@ -33,8 +34,8 @@ use super::{CoordKind, Mesh, Request};
 use crate::disk::Workspace;
 use crate::error::{Error, Result};
 pub use count::count;
-pub(super) use count::rows;
 use header::{Element, Encoding, Header, Scalar, Shape};
+pub(super) use lies::lies;
 use std::path::Path;
 
 /// Names of the list of a face's vertices.
