@@ -44,7 +44,8 @@ fn unpack(place: &Place, data: &[u8]) {
             place.clear("V.npy");
             place.clear("G.npy");
             // Every other component, which reads little and numbers anew.
-            let odd = |range: std::ops::Range<u64>| !range.is_empty() && range.end % 2 == 0;
+            let odd =
+                |range: std::ops::Range<u64>| !range.is_empty() && range.end.is_multiple_of(2);
             let part = Part {
                 chunks: (0..packed.entries.len()).collect(),
                 component: Some(&odd),

@@ -6,7 +6,7 @@
 //!
 //! Memory: the index; for each thread a chunk, by what its entry says, with fewer threads when
 //! there is less. I/O: the file once; V and G written once. For a file that keeps an order, see
-//! [`reorder`](super::reorder).
+//! `codec/reorder.rs`.
 
 use super::chunk::{DECODE_BYTES, MODEL_BYTES};
 use super::file::Entry;

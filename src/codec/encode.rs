@@ -1,7 +1,7 @@
 //! A mesh folder to a compressed file.
 //!
 //! 1. `deal`: triangles to chunks by place.
-//! 2. [`code`](super::code): each chunk is coded, in parallel; its bytes go to scratch. Of vertices
+//! 2. `code`: each chunk is coded, in parallel; its bytes go to scratch. Of vertices
 //!    that other chunks may have too, chunk and number are noted.
 //! 3. [`seam`]: each shared vertex becomes the first chunk's, and a reference elsewhere.
 //! 4. The chunks are written one behind the other, and the index behind them.
@@ -87,8 +87,8 @@ pub struct EncodeCount {
 /// Encodes a folder.
 ///
 /// # Errors
-/// [`Error::Usage`] when the target exists or lies in the folder, or precision and coordinates do not go together;
-/// [`Error::Input`] for a damaged folder; [`Error::Budget`], [`Error::Io`], [`Error::DiskLimit`].
+/// [`crate::Error::Usage`] when the target exists or lies in the folder, or precision and coordinates do not go together;
+/// [`crate::Error::Input`] for a damaged folder; [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`].
 pub fn encode(ws: &Workspace, folder: &Folder, request: &EncodeRequest) -> Result<EncodeCount> {
     let target = Target::create(folder.path(), &request.target, request.force)?;
     let counts = &folder.manifest().counts;

@@ -106,7 +106,8 @@ mod tests {
             (0..5000).map(|i| i * i % 97).collect(),
             vec![3, far, far, 5, 3 + (1 << 35), 4],
         ] {
-            let range = components.iter().min().unwrap() + 0..components.iter().max().unwrap() + 1;
+            let [least, most] = [components.iter().min(), components.iter().max()];
+            let range = *least.unwrap()..most.unwrap() + 1;
             let bytes = encode(components.iter().copied(), range.start);
             let n = components.len() as u64;
             assert_eq!(back(&bytes, n, range.clone()).unwrap(), components);
