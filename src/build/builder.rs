@@ -4,6 +4,7 @@ use super::clock::Clock;
 use super::identity::Inputs;
 use super::pipeline::{BuildReport, Wishes, run, settle_in};
 use super::plan::{Strategy, check_least};
+use super::read::read;
 use super::staging::{Former, Staging};
 use super::steps::{Identity, Opened, STATE, Steps};
 use crate::chunk::pair::MAX_CHUNK;
@@ -298,11 +299,11 @@ impl Builder {
             Some(opened) => opened,
             None => {
                 let ws = clock.workspace();
-                self.refuse_early(ws, staging.path())?;
-                let mesh = clock.pass("read", "bytes", 0, || input::open(ws, &request))?;
-                let opened = settle_in(&mut clock, mesh, &wishes, staging.path())?;
-                inputs.check(&clock.workspace().io)?;
-                opened
+                if clock.left().is_none() {
+                    self.refuse_early(ws, staging.path())?;
+                }
+                let mesh = read(&mut clock, &request, inputs)?;
+                settle_in(&mut clock, mesh, &wishes, staging.path())?
             }
         };
         run(clock, &opened, &wishes, inputs, staging)

@@ -2,7 +2,7 @@
 //!
 //! Memory: a line a pass. I/O: that of the passes, and of what is written down ([`Steps`]).
 
-use super::steps::{OPENED, Opened, Steps};
+use super::steps::{At, OPENED, Opened, Steps};
 use crate::disk::journal::Keep;
 use crate::disk::{IoCount, Workspace};
 use crate::error::Result;
@@ -42,7 +42,8 @@ impl<'a> Clock<'a> {
         self.ws
     }
 
-    /// The opened mesh of a build that was stopped, if it left one in `dir`.
+    /// The opened mesh of a build that was stopped, if it left one in `dir`; it may have left what
+    /// comes before.
     ///
     /// # Errors
     /// As [`Steps::take_up`].
@@ -68,10 +69,8 @@ impl<'a> Clock<'a> {
     /// # Errors
     /// [`Error::Io`].
     pub fn done<T: Keep>(&mut self, step: &str, opened: &Opened, result: &T) -> Result<()> {
-        self.steps.done(self.ws, step, &|pen| {
-            opened.keep(pen)?;
-            result.keep(pen)
-        })
+        let at = At::behind(step, opened);
+        self.steps.done(self.ws, at, result)
     }
 
     /// The mesh is open, and G in its place: written down when enough is at stake.
@@ -79,10 +78,10 @@ impl<'a> Clock<'a> {
     /// # Errors
     /// [`Error::Io`].
     pub fn opened(&mut self, opened: &Opened) -> Result<()> {
-        self.steps.done(self.ws, OPENED, &|pen| opened.keep(pen))
+        self.steps.done(self.ws, At::behind(OPENED, opened), &())
     }
 
-    /// Whether work behind the opened mesh is, or is to be, written down.
+    /// Whether rows of the folder are, or are to be, what a build that is stopped goes on from.
     pub fn at_stake(&self) -> bool {
         self.steps.at_stake()
     }
@@ -114,9 +113,8 @@ impl<'a> Clock<'a> {
         state: &mut T,
         run: impl FnMut(&mut T, Option<Instant>) -> Result<bool>,
     ) -> Result<()> {
-        self.measured(pass, |steps, ws| {
-            steps.rounds(ws, (step, opened), state, run)
-        })
+        let at = At::behind(step, opened);
+        self.measured(pass, |steps, ws| steps.rounds(ws, at, state, run))
     }
 
     /// As [`rounds`](Clock::rounds); `state` is written down once more behind them, when enough is
@@ -132,12 +130,10 @@ impl<'a> Clock<'a> {
         run: impl FnMut(&mut T, Option<Instant>) -> Result<bool>,
         last: impl FnOnce(T) -> Result<U>,
     ) -> Result<U> {
+        let at = At::behind(step, opened);
         self.measured(pass, |steps, ws| {
-            steps.rounds(ws, (step, opened), &mut state, run)?;
-            steps.done(ws, step, &|pen| {
-                opened.keep(pen)?;
-                state.keep(pen)
-            })?;
+            steps.rounds(ws, at, &mut state, run)?;
+            steps.done(ws, at, &state)?;
             ws.io.intact(last(state))
         })
     }

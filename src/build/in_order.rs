@@ -16,6 +16,7 @@ use super::records::{EdgeCorner, Patch};
 use super::scan::{Seams, scan};
 use super::seams::{Seamed, Seaming, seams};
 use super::stars::spill::Spilled;
+use super::steps::At;
 use super::stitch::{Linked, stitch};
 use super::tail::{Edges, Rows, join_stars};
 use super::way::Way;
@@ -257,7 +258,8 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
             aside,
             nonorientable: labels.nonorientable,
         };
-        if decided.aside.is_some() && !steps.put(ws, DECIDED, job.opened, &decided)? {
+        let at = At::behind(DECIDED, job.opened);
+        if decided.aside.is_some() && !steps.put(ws, at, &decided)? {
             steps.back(ws, job.opened)?;
         }
         ws.io.intact(decided.make::<I>(job))

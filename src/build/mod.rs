@@ -55,6 +55,7 @@ mod load;
 mod phases;
 mod pipeline;
 mod predict;
+mod read;
 mod room;
 mod sample;
 mod staging;

@@ -4,7 +4,7 @@
 //! Why a result alone is enough: each step is asked for its result by what comes after it, and
 //! either reads it back or makes it, for which it asks the steps before. So the last result
 //! written down is all that is needed, and what led to it is never asked for. Only the opened mesh is
-//! needed by all, so it leads every journal.
+//! needed by all that comes behind it, so it leads every journal, once there is one.
 //!
 //! A step that is followed by a long pass is written down with as much of that pass as is done, at
 //! each of its stops; so what is read back is behind the step, or further.
@@ -33,7 +33,7 @@ use std::time::{Duration, Instant};
 pub const OPENED: &str = "coordinates";
 
 /// The form in which states are written; another is refused.
-pub const STATE: u32 = 2;
+pub const STATE: u32 = 3;
 
 /// What says whether a state belongs to a build: by name, what must be the same.
 pub type Identity = BTreeMap<String, String>;
@@ -65,8 +65,8 @@ pub struct Steps {
     /// What the last writing took.
     took: Duration,
     left: Option<(String, Reader)>,
-    /// The step written down last.
-    written: Option<String>,
+    /// What is written down names rows of the folder, which must stay as they are.
+    names_rows: bool,
 }
 
 impl Steps {
@@ -79,11 +79,12 @@ impl Steps {
             since: Instant::now(),
             took: Duration::ZERO,
             left: None,
-            written: None,
+            names_rows: false,
         }
     }
 
-    /// Reads what a build that was stopped left, if it left anything: the opened mesh.
+    /// Reads what a build that was stopped left, if it left anything: the opened mesh, unless it was
+    /// stopped before there was one.
     ///
     /// # Errors
     /// [`Error::Usage`] when it was another build, naming what differs; [`Error::Input`] when what
@@ -110,16 +111,16 @@ impl Steps {
                 )));
             }
         }
-        let opened = Opened::restore(&mut reader)?;
+        let opened = Option::<Opened>::restore(&mut reader)?;
         ws.progress.note(&format!("resumed behind: {}", line.step));
-        self.written = Some(line.step.clone());
+        self.names_rows = opened.is_some() && line.step != OPENED;
         if line.step == OPENED {
             reader.finish()?;
         } else {
             self.left = Some((line.step, reader));
         }
         self.since = Instant::now();
-        Ok(Some(opened))
+        Ok(opened)
     }
 
     /// The step behind which the build goes on, as long as it was not asked for.
@@ -158,9 +159,9 @@ impl Steps {
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn done(&mut self, ws: &Workspace, step: &str, keep: Keeping) -> Result<()> {
+    pub fn done<T: Keep>(&mut self, ws: &Workspace, at: At, result: &T) -> Result<()> {
         if self.due() {
-            self.try_write(ws, step, keep)?;
+            self.put(ws, at, result)?;
         }
         Ok(())
     }
@@ -172,15 +173,12 @@ impl Steps {
     pub fn rounds<T: Keep>(
         &mut self,
         ws: &Workspace,
-        (step, opened): (&str, &Opened),
+        at: At,
         state: &mut T,
         mut run: impl FnMut(&mut T, Option<Instant>) -> Result<bool>,
     ) -> Result<()> {
         loop {
-            self.done(ws, step, &|pen| {
-                opened.keep(pen)?;
-                state.keep(pen)
-            })?;
+            self.done(ws, at, state)?;
             // What came of a file that shrank must not be written down.
             if ws.io.intact(run(state, self.until()))? {
                 return Ok(());
@@ -192,35 +190,14 @@ impl Steps {
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn put<T: Keep>(
-        &mut self,
-        ws: &Workspace,
-        step: &str,
-        opened: &Opened,
-        result: &T,
-    ) -> Result<bool> {
-        self.try_write(ws, step, &|pen| {
-            opened.keep(pen)?;
-            result.keep(pen)
-        })
-    }
-
-    /// Whether something behind the opened mesh is written down, or is to be by now.
-    pub fn at_stake(&self) -> bool {
-        self.due() || !matches!(self.written.as_deref(), None | Some(OPENED))
-    }
-
-    fn due(&self) -> bool {
-        self.until().is_some_and(|until| Instant::now() >= until)
-    }
-
-    fn try_write(&mut self, ws: &Workspace, step: &str, keep: Keeping) -> Result<bool> {
-        match self.write(ws, step, keep) {
+    pub fn put<T: Keep>(&mut self, ws: &Workspace, at: At, result: &T) -> Result<bool> {
+        match self.write(ws, at, result) {
             // The build may have room where its state has none.
             Err(e) if e.is_no_space() => {
                 let _ = fs::remove_file(self.state.with_extension("new"));
                 // What the state before this one keeps is in the way of the build.
                 ws.scratch.give_up();
+                let step = at.step;
                 ws.progress
                     .note(&format!("not kept for --resume behind {step}: {e}"));
                 self.since = Instant::now();
@@ -230,19 +207,31 @@ impl Steps {
         }
     }
 
-    fn write(&mut self, ws: &Workspace, step: &str, keep: Keeping) -> Result<()> {
+    /// Whether rows of the folder are, or are to be, what a build that is stopped goes on from.
+    pub fn at_stake(&self) -> bool {
+        self.due() || self.names_rows
+    }
+
+    fn due(&self) -> bool {
+        self.until().is_some_and(|until| Instant::now() >= until)
+    }
+
+    fn write<T: Keep>(&mut self, ws: &Workspace, at: At, result: &T) -> Result<()> {
         let line = Line {
-            step: step.to_owned(),
+            step: at.step.to_owned(),
             identity: self.identity.clone(),
         };
         let line = serde_json::to_string(&line)
             .map_err(|e| Error::Internal(format!("a line that is no JSON: {e}")))?;
         let start = Instant::now();
         let mut pen = Pen::new(&self.state, &ws.scratch, &line)?;
-        keep(&mut pen)?;
+        pen.number(u64::from(at.opened.is_some()))?;
+        at.opened.map_or(Ok(()), |opened| opened.keep(&mut pen))?;
+        result.keep(&mut pen)?;
         // Before it is certain: it may be in force though the device was not heard of.
-        self.written = Some(step.to_owned());
+        self.names_rows |= at.names_rows();
         pen.finish()?;
+        self.names_rows = at.names_rows();
         self.since = Instant::now();
         self.took = start.elapsed();
         Ok(())
@@ -253,19 +242,37 @@ impl Steps {
     /// # Errors
     /// [`Error::Io`].
     pub fn back(&mut self, ws: &Workspace, opened: &Opened) -> Result<()> {
-        match self.written.as_deref() {
-            None | Some(OPENED) => Ok(()),
-            Some(_) => match self.write(ws, OPENED, &|pen| opened.keep(pen)) {
-                // Removing a state takes no room.
-                Err(e) if e.is_no_space() => ws.scratch.forget(),
-                done => done,
-            },
+        if !self.names_rows {
+            return Ok(());
+        }
+        match self.write(ws, At::behind(OPENED, opened), &()) {
+            // Removing a state takes no room.
+            Err(e) if e.is_no_space() => ws.scratch.forget(),
+            done => done,
         }
     }
 }
 
-/// Writes down a result.
-pub type Keeping<'a> = &'a dyn Fn(&mut Pen) -> Result<()>;
+/// Behind what a result is written down.
+#[derive(Clone, Copy)]
+pub struct At<'a> {
+    /// The step.
+    pub step: &'a str,
+    /// The opened mesh, once there is one.
+    pub opened: Option<&'a Opened>,
+}
+
+impl<'a> At<'a> {
+    /// Behind a step that comes behind the opened mesh.
+    pub fn behind(step: &'a str, opened: &'a Opened) -> At<'a> {
+        let opened = Some(opened);
+        At { step, opened }
+    }
+
+    fn names_rows(&self) -> bool {
+        self.opened.is_some() && self.step != OPENED
+    }
+}
 
 impl Keep for Opened {
     fn keep(&self, to: &mut Pen) -> Result<()> {

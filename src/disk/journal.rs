@@ -43,6 +43,17 @@ pub trait Keep: Sized {
     fn restore(from: &mut Reader) -> Result<Self>;
 }
 
+/// Nothing.
+impl Keep for () {
+    fn keep(&self, _: &mut Pen) -> Result<()> {
+        Ok(())
+    }
+
+    fn restore(_: &mut Reader) -> Result<()> {
+        Ok(())
+    }
+}
+
 impl<T: Keep> Keep for Option<T> {
     fn keep(&self, to: &mut Pen) -> Result<()> {
         to.number(u64::from(self.is_some()))?;
@@ -206,7 +217,7 @@ pub struct Reader {
     path: PathBuf,
     line: String,
     files: Vec<Arc<Named>>,
-    stay: Vec<&'static str>,
+    stay: Vec<OsString>,
     /// The memory to draw from.
     pub budget: Budget,
     /// Where scratch files go.
@@ -330,8 +341,8 @@ impl Reader {
     }
 
     /// The file of this name in the folder stays.
-    pub fn stays(&mut self, name: &'static str) {
-        self.stay.push(name);
+    pub fn stays(&mut self, name: impl Into<OsString>) {
+        self.stay.push(name.into());
     }
 
     /// Ends the reading: the files that were read stay kept as they are, and every other file in
@@ -346,7 +357,7 @@ impl Reader {
             .map_err(|e| Error::io(&self.dir, "list it", e))?
             .flatten()
         {
-            if !self.stay.iter().any(|name| entry.file_name() == *name) {
+            if !self.stay.contains(&entry.file_name()) {
                 let path = entry.path();
                 fs::remove_file(&path).map_err(|e| Error::io(&path, "remove it", e))?;
             }

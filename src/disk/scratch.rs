@@ -382,8 +382,7 @@ impl ScratchFile {
     /// the file system does not free parts of files, or this one is pinned: they count until the
     /// file is dropped.
     pub fn free(&self, at: u64, bytes: u64) -> bool {
-        let pinned = |named: &Arc<Named>| named.fate().pinned;
-        if self.named.as_ref().is_some_and(pinned) {
+        if self.is_kept() {
             return false;
         }
         let freed = self.data.punch(at, bytes.next_multiple_of(PAGE));
@@ -392,6 +391,12 @@ impl ScratchFile {
             self.scratch.0.used.fetch_sub(bytes, Ordering::Relaxed);
         }
         freed
+    }
+
+    /// True when the journal in force keeps it as it is: what is in it must not be changed.
+    pub fn is_kept(&self) -> bool {
+        let pinned = |named: &Arc<Named>| named.fate().pinned;
+        self.named.as_ref().is_some_and(pinned)
     }
 
     fn grow(&self, bytes: u64) -> Result<()> {

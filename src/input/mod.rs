@@ -19,6 +19,7 @@ mod open;
 mod ply;
 mod polygons;
 pub mod reader;
+mod reading;
 mod sample;
 pub mod sink;
 mod stl;
@@ -29,7 +30,8 @@ pub mod text;
 mod weld;
 
 pub use look::Look;
-pub use open::open;
+pub use open::{open, read};
+pub use reading::{Reading, STEPS};
 pub use survey::{Survey, closed_vertices, survey};
 pub use weld::{WeldCost, WeldSize};
 

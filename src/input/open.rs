@@ -8,7 +8,8 @@
 
 use super::arrays::{self, Arrays};
 use super::reader::{ByteReader, PEEK};
-use super::{Format, Mesh, Request, obj, off, ply, stl, weld};
+use super::reading::Reading;
+use super::{Format, Mesh, Request, obj, off, ply, stl};
 use crate::disk::Workspace;
 use crate::error::{Error, Result};
 use crate::folder::is_mesh_folder;
@@ -17,7 +18,15 @@ use std::path::Path;
 /// What is read, for messages.
 const SUPPORTED: &str = "a mesh as PLY, STL, OBJ, OFF, .npy, or as raw arrays (with --raw-index)";
 
-/// Opens or decodes the mesh that the request names.
+/// Opens or decodes the mesh that the request names, and welds it where that is asked for.
+///
+/// # Errors
+/// As [`read`], and the passes of the weld.
+pub fn open(ws: &Workspace, request: &Request) -> Result<Mesh> {
+    read(ws, request)?.finish(ws, request)
+}
+
+/// Opens or reads the mesh that the request names; what is left of it is the weld.
 ///
 /// Arrays (`.npy`, raw) are used where they lie; all else is read once, from its first byte to
 /// its last. Indices of arrays are not checked against the number of vertices: the scan does that.
@@ -25,21 +34,20 @@ const SUPPORTED: &str = "a mesh as PLY, STL, OBJ, OFF, .npy, or as raw arrays (w
 /// # Errors
 /// [`Error::Usage`] for options that do not go together, [`Error::Input`] for an input that is
 /// no mesh or a damaged one, [`Error::Io`], [`Error::Budget`], [`Error::DiskLimit`].
-pub fn open(ws: &Workspace, request: &Request) -> Result<Mesh> {
-    match find(ws, request)? {
-        (format, Some(reader)) => decode(ws, reader, request, format),
-        (format, None) => {
-            let arrays = find_arrays(ws, request, format)?;
-            let mut mesh = arrays::finish(ws, request, arrays, format.name())?;
-            if request.weld != Some(true) {
-                return Ok(mesh);
-            }
-            // The weld reads the files in an order of its own, and replaces them.
-            mesh.entry = mesh.input_entry(ws)?;
-            mesh.sums.clear();
-            weld::weld(ws, mesh, request)
-        }
+pub fn read(ws: &Workspace, request: &Request) -> Result<Reading> {
+    let (format, reader) = find(ws, request)?;
+    if let Some(reader) = reader {
+        return decode(ws, reader, request, format);
     }
+    let arrays = find_arrays(ws, request, format)?;
+    let mut mesh = arrays::finish(ws, request, arrays, format.name())?;
+    if request.weld != Some(true) {
+        return Ok(Reading::Done(mesh));
+    }
+    // The weld reads the files in an order of its own, and replaces them.
+    mesh.entry = mesh.input_entry(ws)?;
+    mesh.sums.clear();
+    Ok(Reading::Unwelded(mesh))
 }
 
 /// Finds the format, and refuses options that do not go with it. With a format to be decoded
@@ -100,13 +108,13 @@ fn refuse_folder(path: &Path) -> Result<()> {
     Err(Error::input(path, "", SUPPORTED, found, help))
 }
 
-/// Decodes a streamable format, and welds when that is asked for or needed.
+/// Decodes a streamable format.
 fn decode(
     ws: &Workspace,
     mut reader: ByteReader,
     request: &Request,
     format: Format,
-) -> Result<Mesh> {
+) -> Result<Reading> {
     let welding = welds(request, format);
     let mut request = request.clone();
     request.weld = welding.then_some(true);
@@ -115,12 +123,12 @@ fn decode(
         Format::Ply => ply::read(ws, reader, &request)?,
         Format::Obj => obj::read(ws, reader, &request)?,
         Format::Off => off::read(ws, reader, &request)?,
-        _ => stl::read(ws, reader, &request)?,
+        _ => return stl::read(ws, reader, &request),
     };
-    if welding && !mesh.welded {
-        return weld::weld(ws, mesh, &request);
-    }
-    Ok(mesh)
+    Ok(match welding {
+        true => Reading::Unwelded(mesh),
+        false => Reading::Done(mesh),
+    })
 }
 
 /// True when vertices of equal position become one.

@@ -21,9 +21,10 @@
 //! Source: 3D Systems, "StereoLithography Interface Specification", 1989.
 
 use super::reader::{ByteReader, PEEK};
+use super::reading::{Read, Reading};
 use super::text::{BadNumber, Dialect, Lexer, parse_f4, shown};
 use super::weld::{Bits, Expected, Soup, soup};
-use super::{CoordKind, Mesh, Request};
+use super::{CoordKind, Request};
 use crate::disk::Workspace;
 use crate::error::{Error, Result};
 use crate::folder::{InputDigest, InputEntry};
@@ -39,12 +40,12 @@ const LEAST_TEXT_FACET: u64 = 73;
 /// Facets that are planned for when nothing is known.
 const UNKNOWN: u64 = 1 << 24;
 
-/// Reads an STL mesh and welds it: vertices at equal positions are one, in order of first use.
+/// Reads an STL mesh, to be welded: vertices at equal positions are one, in order of first use.
 ///
 /// # Errors
 /// [`Error::Usage`] for `--no-weld`; [`Error::Input`] naming line or byte for what is no STL,
-/// is cut short, or has a count that disagrees with its length; as [`super::weld::weld`].
-pub fn read(ws: &Workspace, mut reader: ByteReader, request: &Request) -> Result<Mesh> {
+/// is cut short, or has a count that disagrees with its length; as [`super::weld::begin`].
+pub fn read(ws: &Workspace, mut reader: ByteReader, request: &Request) -> Result<Reading> {
     if request.weld == Some(false) {
         return Err(Error::Usage(
             "--no-weld cannot be: STL gives each triangle three points of its own, so without \
@@ -54,8 +55,8 @@ pub fn read(ws: &Workspace, mut reader: ByteReader, request: &Request) -> Result
     }
     let (form, facets) = look(&mut reader)?;
     match request.coords {
-        Some(CoordKind::F8) => read_as::<u64>(ws, reader, request, form, facets),
-        _ => read_as::<u32>(ws, reader, request, form, facets),
+        Some(CoordKind::F8) => read_as::<u64>(ws, reader, form, facets),
+        _ => read_as::<u32>(ws, reader, form, facets),
     }
 }
 
@@ -71,32 +72,25 @@ pub fn stated(reader: &mut ByteReader) -> Result<Option<u64>> {
 fn read_as<B: Bits>(
     ws: &Workspace,
     reader: ByteReader,
-    request: &Request,
     form: Form,
     facets: u64,
-) -> Result<Mesh> {
+) -> Result<Reading> {
     let regular = reader.regular();
-    let (digest, (v, g)) = match form {
-        Form::Binary if regular => facets::read::<B>(ws, reader, request, facets)?,
-        Form::Binary => soup::<B, _>(ws, request, exactly(facets), |soup| {
-            binary(reader, facets, soup)
-        })?,
-        Form::Text => soup::<B, _>(ws, request, about(&reader, facets), |soup| {
-            text(reader, soup)
-        })?,
+    let (digest, weld) = match form {
+        Form::Binary if regular => facets::read::<B>(ws, reader, facets)?,
+        Form::Binary => soup::<B, _>(ws, exactly(facets), |soup| binary(reader, facets, soup))?,
+        Form::Text => soup::<B, _>(ws, about(&reader, facets), |soup| text(reader, soup))?,
     };
-    Ok(Mesh {
-        v,
-        vertices: Some(g.vertices),
-        g: Some(g),
+    let entry = InputEntry {
+        format: "stl".into(),
+        files: vec![digest],
+    };
+    let read = Read {
+        entry,
         polygons_fanned: 0,
-        welded: true,
-        entry: InputEntry {
-            format: "stl".into(),
-            files: vec![digest],
-        },
-        sums: Vec::new(),
-    })
+        vertices: None,
+    };
+    Ok(Reading::Welding(weld, read))
 }
 
 fn exactly(facets: u64) -> Expected {

@@ -12,9 +12,8 @@ use super::{FACET, HEAD, corners};
 use crate::disk::{DataFile, Workspace};
 use crate::error::Result;
 use crate::folder::{BLOCK, InputDigest, digest_of_blocks};
-use crate::input::Request;
 use crate::input::reader::ByteReader;
-use crate::input::weld::{Bits, Soup, Welded, soup_of_units};
+use crate::input::weld::{Bits, Soup, Welding, soup_of_units};
 use std::sync::{Mutex, PoisonError};
 use xxhash_rust::xxh3::Xxh3Default;
 
@@ -23,22 +22,20 @@ const BUFFER: u64 = 256 << 10;
 /// Facets whose corners are handed on at a time.
 const BATCH: usize = 64;
 
-/// Welds the facets of a regular file whose length agrees with their number.
+/// Begins to weld the facets of a regular file whose length agrees with their number.
 pub(super) fn read<B: Bits>(
     ws: &Workspace,
     reader: ByteReader,
-    request: &Request,
     facets: u64,
-) -> Result<(InputDigest, Welded)> {
+) -> Result<(InputDigest, Welding)> {
     let seen = reader.read_so_far();
     let file = DataFile::open(reader.path(), &ws.io)?;
     drop(reader);
     let bytes = HEAD + facets * FACET as u64;
     let units = bytes.div_ceil(BLOCK);
     let sums = Mutex::new(vec![0; units as usize]);
-    let welded = soup_of_units::<B, _>(
+    let weld = soup_of_units::<B, _>(
         ws,
-        request,
         (facets, units),
         || {
             let share = ws.budget.limit() / 32 / ws.workers.count() as u64;
@@ -68,7 +65,7 @@ pub(super) fn read<B: Bits>(
         bytes,
         xxh3: format!("{:016x}", digest_of_blocks(&sums)),
     };
-    Ok((digest, welded))
+    Ok((digest, weld))
 }
 
 /// A part of the file on its way.

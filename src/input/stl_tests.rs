@@ -41,7 +41,8 @@ fn read_by(
     let mut request = request(dir.path(), dir.path());
     request.coords = coords;
     let reader = open(&ws, dir.path()).unwrap();
-    let found = read(&ws, reader, &request).map_err(|e| e.to_string());
+    let found = read(&ws, reader, &request).and_then(|reading| reading.finish(&ws, &request));
+    let found = found.map_err(|e| e.to_string());
     let found = found.map(|mesh| {
         assert!(mesh.welded && mesh.entry.format == "stl");
         assert_eq!(mesh.entry.files, [digest(data)]);

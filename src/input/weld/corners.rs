@@ -26,7 +26,7 @@ const BATCH: usize = 128;
 /// Turns (first use, other) into (other, id).
 ///
 /// # Errors
-/// As [`super::weld`].
+/// As [`super::begin`].
 pub fn resolve<R: Index>(
     ws: &Workspace,
     cut: &Cut,
@@ -105,7 +105,7 @@ impl<R: Index> Visit<Pair<R>> for Resolver<'_, R> {
 /// Writes V, of ids of type I, to `v`.
 ///
 /// # Errors
-/// As [`super::weld`].
+/// As [`super::begin`].
 pub fn corners<R: Index, I: Index>(
     ws: &Workspace,
     cut: &Cut,

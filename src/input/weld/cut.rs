@@ -35,7 +35,7 @@ pub struct Cut {
 
 impl Cut {
     /// A cut of `memory` for about `corners`.
-    pub fn new(memory: u64, threads: u64, corners: u64, tuning: Tuning) -> Cut {
+    pub(super) fn new(memory: u64, threads: u64, corners: u64, tuning: Tuning) -> Cut {
         let few = memory / threads.max(1) < THREAD;
         let threads = if few { 1 } else { threads.max(1) };
         let threads = tuning.threads.unwrap_or(threads);

@@ -12,6 +12,7 @@ use super::bits::{Bits, First};
 use super::cut::Cut;
 use super::windows::{Visit, Windows};
 use crate::corner::Index;
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::disk::{DataFile, Lease, ScratchFile, Workspace};
 use crate::error::{Result, conserve};
 use crate::folder::npy::DATA_START;
@@ -135,6 +136,45 @@ impl FirstUses {
     }
 }
 
+impl Keep for FirstUses {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        match self {
+            FirstUses::Filed(file) => {
+                to.number(0)?;
+                to.file(file)
+            }
+            FirstUses::Held(held) => {
+                to.number(1)?;
+                to.number(held.words.len() as u64)?;
+                held.words.iter().try_for_each(|word| {
+                    to.number(word.bits.load(Relaxed))?;
+                    to.number(word.before.load(Relaxed))
+                })
+            }
+        }
+    }
+
+    fn restore(from: &mut Reader) -> Result<FirstUses> {
+        if from.number()? == 0 {
+            return Ok(FirstUses::Filed(from.file()?));
+        }
+        let count = from.number()?;
+        let bytes = count * size_of::<Word>() as u64;
+        let lease = from.budget.lease("first uses of a weld", bytes)?;
+        let mut words = Vec::with_capacity(count as usize);
+        for _ in 0..count {
+            words.push(Word {
+                bits: from.number()?.into(),
+                before: from.number()?.into(),
+            });
+        }
+        Ok(FirstUses::Held(Held {
+            words,
+            _lease: lease,
+        }))
+    }
+}
+
 /// The id of the first use `rank`, from the counts of the window that begins at `start`.
 #[inline]
 pub fn id_in(counts: &[Count], start: u64, rank: u64) -> u64 {
@@ -144,7 +184,7 @@ pub fn id_in(counts: &[Count], start: u64, rank: u64) -> u64 {
 /// Numbers the first uses and writes their positions to `g` in that order.
 ///
 /// # Errors
-/// As [`super::weld`].
+/// As [`super::begin`].
 pub fn place<B: Bits, R: Index>(
     ws: &Workspace,
     cut: &Cut,

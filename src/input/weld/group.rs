@@ -34,7 +34,7 @@ pub struct Groups<B, R> {
 /// Groups the places of all blocks. `by_first` sends the others to their first uses.
 ///
 /// # Errors
-/// As [`super::weld`].
+/// As [`super::begin`].
 pub fn group<B: Bits, R: Index>(
     ws: &Workspace,
     cut: &Cut,

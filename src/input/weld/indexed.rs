@@ -10,8 +10,9 @@
 use super::bits::{Bits, Pair, Place, position, unsigned};
 use super::cut::Cut;
 use super::front::{Front, Keyed, Takes};
+use super::stage::Known;
 use super::stream::SeqReader;
-use super::{Tuning, Welded, finish, hold, shuffle_places};
+use super::{Tuning, Welding, all_read, shuffle_places};
 use crate::corner::Index;
 use crate::disk::{Lease, Workspace};
 use crate::error::{Error, Result};
@@ -24,17 +25,17 @@ const LONGEST_READ: u64 = 16 << 20;
 /// Nor are ranges with more rows than this for each row that is wanted.
 const SPARSEST_READ: u64 = 8;
 
-/// Welds a mesh with ids.
+/// Reads the corners of a mesh with ids.
 ///
 /// # Errors
-/// As [`super::weld`].
+/// As [`super::begin`].
 pub fn indexed<B: Bits, R: Index>(
     ws: &Workspace,
     v: IndexArray,
     g: CoordArray,
     request: &Request,
     tuning: Tuning,
-) -> Result<Welded> {
+) -> Result<Welding> {
     let free = ws.budget.free();
     let corners = 3 * v.triangles;
     // Corners come in order, so one thread takes them; all others go on from there.
@@ -63,19 +64,12 @@ pub fn indexed<B: Bits, R: Index>(
     } = gather;
     far.finish()?;
     fetch_apart(ws, &g, &request.path, apart.finish()?, near)?;
-    let placed = g.placed;
+    let known = Known {
+        placed: g.placed,
+        ..Known::new(all, tuning, corners)
+    };
     drop(g);
-    let places = places.finish()?;
-    hold(counted, corners, &places)?;
-    finish(
-        ws,
-        &all,
-        request,
-        (placed, tuning.filed),
-        corners,
-        backs,
-        places,
-    )
+    all_read(known, counted, (backs, places.finish()?))
 }
 
 /// Feeds every corner's vertex to the first pass.

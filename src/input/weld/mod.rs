@@ -40,6 +40,7 @@ mod firsts;
 mod front;
 mod group;
 mod indexed;
+mod stage;
 mod stream;
 #[cfg(test)]
 mod tests;
@@ -47,19 +48,18 @@ mod windows;
 
 use self::bits::{HASHES, Place};
 use self::cut::Cut;
-use self::firsts::Held;
 use self::front::{Counted, Front, Keyed, Takes};
-use super::{CoordArray, CoordKind, Endian, IndexArray, IndexKind, Mesh, Request, Source};
+use self::stage::{Known, Left, Weld};
+use super::{CoordArray, CoordKind, IndexArray, Request};
 use crate::corner::Index;
-use crate::disk::{DataFile, ScratchFile, Workspace, fs};
-use crate::error::{Error, Result, conserve};
-use crate::folder::npy::DATA_START;
+use crate::disk::{ScratchFile, Workspace};
+use crate::error::{Result, conserve};
 use crate::shuffle::{Buckets, Plan, Shuffle, Writer};
-use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 pub(super) use self::bits::Bits;
 pub use self::cost::{WeldCost, WeldSize};
+pub(super) use self::stage::{Next, STEPS, Welding};
 
 /// The least memory in bytes that a weld works in.
 pub const LEAST: u64 = 256 << 10;
@@ -84,54 +84,37 @@ struct Tuning {
     threads: Option<u64>,
 }
 
-/// Welds the vertices of a mesh that has coordinates; one that is welded stays as it is.
-///
-/// The result's V is a scratch file, its G the file `request.g_path` (in the type that
+/// Begins to weld the vertices of a mesh: reads its corners. What comes of it is brought on by
+/// [`Welding::on`] until it is V, a scratch file, and G, the file `request.g_path` (in the type that
 /// `request.coords` asks for: coordinates are converted first and compared then). When the
 /// mesh's own G is that file, the new one is written beside it and takes its name.
 ///
 /// # Errors
-/// [`Error::Usage`] for a mesh without coordinates, [`Error::Input`] for an index without
-/// vertex, or a coordinate beyond the type asked for; [`Error::Budget`] below [`LEAST`];
-/// [`Error::Io`], [`Error::DiskLimit`].
-pub fn weld(ws: &Workspace, mesh: Mesh, request: &Request) -> Result<Mesh> {
-    weld_tuned(ws, mesh, request, Tuning::default())
+/// [`Error::Input`](crate::Error::Input) for an index without vertex, or a coordinate beyond the type
+/// asked for; [`Error::Budget`](crate::Error::Budget) below [`LEAST`];
+/// [`Error::Io`](crate::Error::Io), [`Error::DiskLimit`](crate::Error::DiskLimit).
+pub(super) fn begin(
+    ws: &Workspace,
+    request: &Request,
+    (v, g): (IndexArray, CoordArray),
+) -> Result<Welding> {
+    begin_tuned(ws, request, (v, g), Tuning::default())
 }
 
-fn weld_tuned(ws: &Workspace, mesh: Mesh, request: &Request, tuning: Tuning) -> Result<Mesh> {
-    if mesh.welded {
-        return Ok(mesh);
-    }
-    let Some(g) = mesh.g else {
-        return Err(Error::Usage(
-            "--weld joins vertices at equal positions, but this mesh has no coordinates; give \
-             them with --positions, or leave --weld out"
-                .into(),
-        ));
-    };
+fn begin_tuned(
+    ws: &Workspace,
+    request: &Request,
+    (v, g): (IndexArray, CoordArray),
+    tuning: Tuning,
+) -> Result<Welding> {
     drop(ws.budget.lease("welding vertices", LEAST)?);
-    let before = g.vertices;
-    let narrow = narrow(Some(mesh.v.triangles), tuning);
-    let (v, g) = match (request.coords.unwrap_or(g.kind), narrow) {
-        (CoordKind::F4, true) => indexed::indexed::<u32, u32>(ws, mesh.v, g, request, tuning)?,
-        (CoordKind::F4, false) => indexed::indexed::<u32, u64>(ws, mesh.v, g, request, tuning)?,
-        (CoordKind::F8, true) => indexed::indexed::<u64, u32>(ws, mesh.v, g, request, tuning)?,
-        (CoordKind::F8, false) => indexed::indexed::<u64, u64>(ws, mesh.v, g, request, tuning)?,
-    };
-    ws.progress.note(&format!(
-        "welded: {} vertices of {before} are left; those that no triangle names are not among \
-         them",
-        g.vertices
-    ));
-    Ok(Mesh {
-        v,
-        vertices: Some(g.vertices),
-        g: Some(g),
-        polygons_fanned: mesh.polygons_fanned,
-        welded: true,
-        entry: mesh.entry,
-        sums: Vec::new(),
-    })
+    let narrow = narrow(Some(v.triangles), tuning);
+    match (request.coords.unwrap_or(g.kind), narrow) {
+        (CoordKind::F4, true) => indexed::indexed::<u32, u32>(ws, v, g, request, tuning),
+        (CoordKind::F4, false) => indexed::indexed::<u32, u64>(ws, v, g, request, tuning),
+        (CoordKind::F8, true) => indexed::indexed::<u64, u32>(ws, v, g, request, tuning),
+        (CoordKind::F8, false) => indexed::indexed::<u64, u64>(ws, v, g, request, tuning),
+    }
 }
 
 /// True when ranks of 4 bytes suffice for at most so many triangles.
@@ -172,41 +155,38 @@ pub(super) struct Expected {
     pub most: Option<u64>,
 }
 
-/// Welds the triangles that `feed` gives in order, as [`weld`] does, and gives back what `feed`
-/// returns.
+/// Begins to weld the triangles that `feed` gives in order, as [`begin`] does, and gives back what
+/// `feed` returns.
 ///
 /// # Errors
-/// Those of `feed`; else as [`weld`].
+/// Those of `feed`; else as [`begin`].
 pub(super) fn soup<B: Bits, T>(
     ws: &Workspace,
-    request: &Request,
     expected: Expected,
     feed: impl FnOnce(&mut dyn Soup<B>) -> Result<T>,
-) -> Result<(T, Welded)> {
-    soup_tuned(ws, request, expected, feed, Tuning::default())
+) -> Result<(T, Welding)> {
+    soup_tuned(ws, expected, feed, Tuning::default())
 }
 
 fn soup_tuned<B: Bits, T>(
     ws: &Workspace,
-    request: &Request,
     expected: Expected,
     feed: impl FnOnce(&mut dyn Soup<B>) -> Result<T>,
     tuning: Tuning,
-) -> Result<(T, Welded)> {
+) -> Result<(T, Welding)> {
     if narrow(expected.most, tuning) {
-        in_order::<B, u32, T>(ws, request, expected, feed, tuning)
+        in_order::<B, u32, T>(ws, expected, feed, tuning)
     } else {
-        in_order::<B, u64, T>(ws, request, expected, feed, tuning)
+        in_order::<B, u64, T>(ws, expected, feed, tuning)
     }
 }
 
 fn in_order<B: Bits, R: Index, T>(
     ws: &Workspace,
-    request: &Request,
     expected: Expected,
     feed: impl FnOnce(&mut dyn Soup<B>) -> Result<T>,
     tuning: Tuning,
-) -> Result<(T, Welded)> {
+) -> Result<(T, Welding)> {
     drop(ws.budget.lease("welding vertices", LEAST)?);
     let corners = expected.triangles.saturating_mul(3);
     let all = Cut::new(ws.budget.free(), ws.workers.count() as u64, corners, tuning);
@@ -221,48 +201,36 @@ fn in_order<B: Bits, R: Index, T>(
     let corners = front.next();
     let (taker, counted) = front.into_taker();
     taker.0.finish()?;
-    let places = places.finish()?;
-    hold(counted, corners, &places)?;
-    let welded = finish(
-        ws,
-        &all,
-        request,
-        (false, tuning.filed),
-        corners,
-        backs,
-        places,
-    )?;
-    Ok((fed, welded))
+    let known = Known::new(all, tuning, corners);
+    Ok((fed, all_read(known, counted, (backs, places.finish()?))?))
 }
 
-/// Welds exactly `triangles` triangles that lie in `units`, which threads take by turns: `feed`
-/// gives those of one unit, in order, with the thread's own state from `start`.
+/// Begins to weld exactly `triangles` triangles that lie in `units`, which threads take by turns:
+/// `feed` gives those of one unit, in order, with the thread's own state from `start`.
 ///
 /// # Errors
-/// Those of `start` and `feed`; else as [`weld`].
+/// Those of `start` and `feed`; else as [`begin`].
 pub(super) fn soup_of_units<B: Bits, S>(
     ws: &Workspace,
-    request: &Request,
     (triangles, units): (u64, u64),
     start: impl Fn() -> Result<S> + Sync,
     feed: impl Fn(&mut S, &mut dyn Soup<B>, u64) -> Result<()> + Sync,
-) -> Result<Welded> {
+) -> Result<Welding> {
     let tuning = Tuning::default();
     if narrow(Some(triangles), tuning) {
-        by_units::<B, u32, S>(ws, request, (triangles, units), start, feed, tuning)
+        by_units::<B, u32, S>(ws, (triangles, units), start, feed, tuning)
     } else {
-        by_units::<B, u64, S>(ws, request, (triangles, units), start, feed, tuning)
+        by_units::<B, u64, S>(ws, (triangles, units), start, feed, tuning)
     }
 }
 
 fn by_units<B: Bits, R: Index, S>(
     ws: &Workspace,
-    request: &Request,
     (triangles, units): (u64, u64),
     start: impl Fn() -> Result<S> + Sync,
     feed: impl Fn(&mut S, &mut dyn Soup<B>, u64) -> Result<()> + Sync,
     tuning: Tuning,
-) -> Result<Welded> {
+) -> Result<Welding> {
     drop(ws.budget.lease("welding vertices", LEAST)?);
     let corners = 3 * triangles;
     let cut = Cut::new(ws.budget.free(), ws.workers.count() as u64, corners, tuning);
@@ -290,28 +258,21 @@ fn by_units<B: Bits, R: Index, S>(
             taker.0.finish()
         },
     )?;
-    let places = places.finish()?;
     let counted = counted.into_inner().unwrap_or_else(|e| e.into_inner());
-    hold(counted, corners, &places)?;
-    finish(
-        ws,
-        &cut,
-        request,
-        (false, tuning.filed),
-        corners,
-        backs,
-        places,
-    )
+    let known = Known::new(cut, tuning, corners);
+    all_read(known, counted, (backs, places.finish()?))
 }
 
-/// Every corner was taken, and every key that went on is a place.
-fn hold<B: Bits, R: Index>(
+/// All corners were read: every one was taken, and every key that went on is a place.
+fn all_read<B: Bits, R: Index>(
+    known: Known,
     counted: Counted,
-    corners: u64,
-    places: &Buckets<Place<B, R>>,
-) -> Result<()> {
-    conserve("weld: read", "corners", corners, counted.corners)?;
-    conserve("weld: read", "positions", counted.keys, places.records())
+    (backs, places): (ScratchFile, Buckets<Place<B, R>>),
+) -> Result<Welding> {
+    conserve("weld: read", "corners", known.count, counted.corners)?;
+    conserve("weld: read", "positions", counted.keys, places.records())?;
+    let left = Left::Places(places);
+    Ok(Welding::new(Weld { known, backs, left }))
 }
 
 fn shuffle_places<B: Bits, R: Index>(
@@ -332,83 +293,4 @@ impl<B: Bits, R: Index> Takes<[B; 3], R> for ToPlaces<'_, B, R> {
         keys.iter()
             .try_for_each(|&Keyed { key: at, rank }| self.0.push(Place { at, rank }))
     }
-}
-
-/// From places to V and G. `placed`: the mesh's former G lies at `request.g_path`.
-fn finish<B: Bits, R: Index>(
-    ws: &Workspace,
-    cut: &Cut,
-    request: &Request,
-    (placed, filed): (bool, bool),
-    count: u64,
-    backs: ScratchFile,
-    places: Buckets<Place<B, R>>,
-) -> Result<Welded> {
-    let held = Held::bytes(count) <= cut.memory / 4 && !filed;
-    let group::Groups { firsts, others } = group::group(ws, cut, places, count, !held)?;
-    let vertices = firsts.records();
-    let path = path_of_g(request, placed);
-    let file = DataFile::create_new(&path, &ws.io)?;
-    // Without a vertex nothing is written behind the hole for the header.
-    file.set_len(DATA_START + vertices * size_of::<[B; 3]>() as u64)?;
-    let uses = firsts::place(ws, cut, firsts, count, held, &file)?;
-    let apart = others.records();
-    drop(file);
-    let g = take_name::<B>(ws, request, &path, vertices)?;
-    let others = if held {
-        others
-    } else {
-        corners::resolve(ws, cut, others, count, &uses)?
-    };
-    conserve("weld: resolve", "positions", apart, others.records())?;
-    let wide = request.wide || count >= u64::from(u32::MAX);
-    let (source, kind) = if wide {
-        let v = ws.scratch.file("wide indices")?;
-        corners::corners::<R, u64>(ws, cut, others, count, &uses, (&backs, &v))?;
-        (v, IndexKind::U8)
-    } else {
-        corners::corners::<R, u32>(ws, cut, others, count, &uses, (&backs, &backs))?;
-        (backs, IndexKind::U4)
-    };
-    let v = IndexArray {
-        source: Source::Scratch(source),
-        at: 0,
-        kind,
-        endian: Endian::Little,
-        triangles: count / 3,
-    };
-    Ok((v, g))
-}
-
-/// Where G is written: beside the former one when that has the name that it shall have.
-fn path_of_g(request: &Request, placed: bool) -> PathBuf {
-    if !placed {
-        return request.g_path.clone();
-    }
-    let mut name = request.g_path.clone().into_os_string();
-    name.push(".weld");
-    PathBuf::from(name)
-}
-
-/// Gives G its name.
-fn take_name<B: Bits>(
-    ws: &Workspace,
-    request: &Request,
-    path: &Path,
-    vertices: u64,
-) -> Result<CoordArray> {
-    if path != request.g_path {
-        fs::rename(path, &request.g_path).map_err(|e| {
-            let what = format!("rename it to {}", request.g_path.display());
-            Error::io(path, what, e)
-        })?;
-    }
-    Ok(CoordArray {
-        source: Source::Named(DataFile::open_rw(&request.g_path, &ws.io)?),
-        at: DATA_START,
-        kind: B::KIND,
-        endian: Endian::Little,
-        vertices,
-        placed: true,
-    })
 }

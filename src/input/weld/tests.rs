@@ -2,9 +2,10 @@
 
 use super::*;
 use crate::disk::DataFile;
+use crate::error::Error;
 use crate::folder::InputEntry;
 use crate::input::testing::{bits as bits_of, request, triangles, workspace};
-use crate::input::{Endian, Source};
+use crate::input::{Endian, IndexKind, Mesh, Reading, Source};
 use proptest::prelude::*;
 use std::collections::HashMap;
 
@@ -72,7 +73,8 @@ impl Bench {
             most: Some(count),
         };
         let feed = |soup: &mut dyn Soup<B>| soup.corners(&all);
-        let ((), welded) = soup_tuned(&self.ws, &request, expected, feed, tuning).unwrap();
+        let ((), weld) = soup_tuned(&self.ws, expected, feed, tuning).unwrap();
+        let welded = weld.finish(&self.ws, &request).unwrap();
         let found = self.welded(welded, wide);
         std::fs::remove_file(&request.g_path).unwrap();
 
@@ -83,12 +85,13 @@ impl Bench {
             soup.corners(&all[(3 * u * unit) as usize..(3 * count.min((u + 1) * unit)) as usize])
         };
         let start = || Ok(());
-        let welded = if narrow(Some(count), tuning) {
-            by_units::<B, u32, _>(&self.ws, &request, units, start, feed, tuning)
+        let weld = if narrow(Some(count), tuning) {
+            by_units::<B, u32, _>(&self.ws, units, start, feed, tuning)
         } else {
-            by_units::<B, u64, _>(&self.ws, &request, units, start, feed, tuning)
+            by_units::<B, u64, _>(&self.ws, units, start, feed, tuning)
         };
-        assert!(self.welded(welded.unwrap(), wide) == found, "units differ");
+        let welded = weld.unwrap().finish(&self.ws, &request).unwrap();
+        assert!(self.welded(welded, wide) == found, "units differ");
         std::fs::remove_file(&request.g_path).unwrap();
         found
     }
@@ -156,6 +159,13 @@ impl Bench {
         };
         mesh(indices, Some(coords))
     }
+}
+
+/// Welds a mesh.
+fn weld(ws: &Workspace, mesh: Mesh, request: &Request) -> Result<Mesh> {
+    let mesh = Reading::Unwelded(mesh).finish(ws, request)?;
+    assert!(mesh.welded && mesh.polygons_fanned == 3);
+    Ok(mesh)
 }
 
 fn mesh(v: IndexArray, g: Option<CoordArray>) -> Mesh {
@@ -300,13 +310,11 @@ fn indexed_meshes_of_every_kind() {
                 let bench = Bench::new(memory);
                 let request = request(bench.dir.path(), bench.dir.path());
                 let mesh = bench.indexed(&v, &g, (index, kind), endian);
-                let mesh = weld_tuned(&bench.ws, mesh, &request, tuning).unwrap();
-                assert!(mesh.welded && mesh.polygons_fanned == 3);
-                assert_eq!(
-                    mesh.g.as_ref().unwrap().source.data().path(),
-                    request.g_path
-                );
-                let found = bench.read_back(mesh);
+                let arrays = (mesh.v, mesh.g.unwrap());
+                let weld = begin_tuned(&bench.ws, &request, arrays, tuning).unwrap();
+                let (v, g) = weld.finish(&bench.ws, &request).unwrap();
+                assert_eq!(g.source.data().path(), request.g_path);
+                let found = bench.welded((v, g), false);
                 assert!(found == expected, "{n} {kind:?} {tuning:?} {memory}");
                 assert!(bench.ws.budget.peak() <= memory);
             }
@@ -480,13 +488,14 @@ fn what_a_weld_takes_is_foretold() {
                 CoordKind::F4 => {
                     let all: Vec<_> = corners.iter().map(|at| at.map(|c| c as u32)).collect();
                     let feed = |soup: &mut dyn Soup<u32>| soup.corners(&all);
-                    soup(&bench.ws, &request, expected, feed).map(drop)
+                    soup(&bench.ws, expected, feed)
                 }
                 CoordKind::F8 => {
                     let feed = |soup: &mut dyn Soup<u64>| soup.corners(&corners);
-                    soup(&bench.ws, &request, expected, feed).map(drop)
+                    soup(&bench.ws, expected, feed)
                 }
             }
+            .and_then(|((), weld)| weld.finish(&bench.ws, &request))
             .unwrap();
             let (cost, io) = (size.cost(), bench.ws.io.now());
             let what = format!("{kind:?}, worst: {worst}, {memory}: {cost:?}, {io:?}");
@@ -505,18 +514,19 @@ fn what_a_weld_takes_is_foretold() {
 
 #[path = "tests_any.rs"]
 mod any;
+#[path = "tests_kept.rs"]
+mod kept;
 
 #[test]
 fn corners_that_a_unit_keeps_back_are_missed() {
     let bench = Bench::new(1 << 20);
-    let request = request(bench.dir.path(), bench.dir.path());
     let corner = [[1u32, 2, 3]];
     let feed = |(): &mut (), soup: &mut dyn Soup<u32>, u: u64| {
         soup.begin(u);
         (0..if u == 2 { 2 } else { 3 }).try_for_each(|_| soup.corners(&corner))
     };
-    let welded = soup_of_units::<u32, ()>(&bench.ws, &request, (4, 4), || Ok(()), feed);
-    let said = welded.map(|_| ()).map_err(|e| e.to_string()).unwrap_err();
+    let weld = soup_of_units::<u32, ()>(&bench.ws, (4, 4), || Ok(()), feed);
+    let said = weld.map(|_| ()).map_err(|e| e.to_string()).unwrap_err();
     assert!(
         said.contains("'weld: read' was given 12 corners, and accounts for 11"),
         "{said}"
