@@ -1,6 +1,7 @@
 //! The way through cells, for meshes whose triangles lie in no order that helps.
 
 use super::Job;
+use super::behind::{AtEnd, Behind, behind_seams};
 use super::cells::CellPlan;
 use super::cells::assemble::{Said, assemble};
 use super::cells::deal::deal;
@@ -8,20 +9,17 @@ use super::cells::map::{by_id, by_place};
 use super::cells::names::Marks;
 use super::cells::places::{Places, deal_places};
 use super::cells::settle::{Sinks, settle};
-use super::cells::sums::{Left, Sums};
+use super::cells::sums::Left;
 use super::chunked::Settled;
 use super::clock::Clock;
-use super::components::{Given, components};
-use super::dealt::{AtSeams, Dealt, Settling, numbered};
+use super::dealt::{AtSeams, Cells, Dealt};
 use super::finish::Found;
 use super::lists::list;
-use super::nodes::Nodes;
 use super::pipeline::Built;
 use super::records::EdgeCorner;
 use super::seams::{Seamed, seams};
 use super::stars::spill::Spilled;
-use super::stitch::{Linked, stitch};
-use super::tail::{Edges, Rows, join_stars};
+use super::tail::Rows;
 use super::way::{Kind, Way};
 use super::whole::Whole;
 use crate::chunk::grid::{Bounds, Grid};
@@ -37,6 +35,20 @@ pub struct StepNames {
     pub dealt: &'static str,
     /// The step behind which the cells are settled.
     pub settled: &'static str,
+    /// Those behind the seams.
+    pub behind: Behind,
+}
+
+impl StepNames {
+    /// True when a build that was stopped behind this step went this way.
+    pub fn has(&self, step: &str) -> bool {
+        let Behind {
+            stars,
+            stitch,
+            components,
+        } = self.behind;
+        [self.dealt, self.settled, stars, stitch, components].contains(&step)
+    }
 }
 
 /// How the steps of this way are called.
@@ -45,10 +57,20 @@ pub const fn steps_of(kind: Kind) -> StepNames {
         Kind::Place => StepNames {
             dealt: "deal by place",
             settled: "settle by place",
+            behind: Behind {
+                stars: "stars by place",
+                stitch: "stitch by place",
+                components: "components by place",
+            },
         },
         Kind::Id => StepNames {
             dealt: "deal by id",
             settled: "settle by id",
+            behind: Behind {
+                stars: "stars by id",
+                stitch: "stitch by id",
+                components: "components by id",
+            },
         },
     }
 }
@@ -64,121 +86,100 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
     bounds: &Bounds,
     kind: Kind,
 ) -> Result<Result<Built, Way>> {
-    let (ws, t) = (job.ws, job.shape.triangles);
-    let grid = Grid::new(bounds);
     let plan = CellPlan::new(
         &job.shape,
-        ws.budget.free(),
+        job.ws.budget.free(),
         kind == Kind::Place,
         job.plan.buckets,
     );
     let steps = steps_of(kind);
-    let (state, places) = match clock.restored::<AtSeams<W>>(steps.settled)? {
-        Some(state) => (state, Places::again(job)?),
-        None => settle_all::<I, W, X>(clock, job, bounds, (kind, &plan))?,
-    };
-    let (settling, _) = &state;
-    if settling.windows != plan.windows.count {
-        return Err(Error::Internal(format!(
-            "{} windows of triangles became {}",
-            settling.windows, plan.windows.count
-        )));
+    let at = behind_seams(clock, job, bounds, &steps.behind, |clock| {
+        seam_all::<I, W, X>(clock, job, bounds, (kind, &plan))
+    })?;
+    match at {
+        Ok(at) => assemble_all::<I, W, X>(clock, job, &plan, at).map(Ok),
+        Err(better) => Ok(Err(better)),
     }
-    let spilled = settling.settled.spilled;
-    let behind = (steps.settled, job.opened);
-    let (settling, seamed) = clock.rounds_and(
-        ("seams", "corners", spilled),
-        behind,
-        state,
-        |(_, seaming), until| seams(job, seaming, until, EdgeCorner::local),
-        |(settling, seaming)| Ok((settling, seaming.finish(job)?)),
-    )?;
-    let Settling {
-        replies,
-        names,
-        left,
-        ..
-    } = settling;
-    let Seamed {
-        cuts,
-        cut_corners,
-        patches,
-        links,
-        borders,
-        settled: seamed,
-    } = seamed;
-    let settled = Edges {
-        first: &settling.settled,
-        seams: &seamed,
-        cut_corners,
-        unreferenced: settling.unreferenced,
-        bounds,
+}
+
+/// Settles the cells, and the edges of those that do not fit; or says that file order is the way
+/// to go.
+fn seam_all<I: Index, W: Index, X: Coord>(
+    clock: &mut Clock,
+    job: &Job,
+    bounds: &Bounds,
+    (kind, plan): (Kind, &CellPlan),
+) -> Result<Result<(Cells<W, X>, Seamed<W>), Way>> {
+    let ws = job.ws;
+    let settled = steps_of(kind).settled;
+    let (mut cells, seaming) = match clock.restored::<AtSeams<W, X>>(settled)? {
+        Some(state) => state,
+        None => settle_all::<I, W, X>(clock, job, bounds, (kind, plan))?,
     };
-    let mut counts = settled.counts(job)?;
-    let nodes = Nodes::ByName(&names);
-    let labels = nodes.count() * W::BYTES as u64 + nodes.count() / 2;
+    // While there is most room for it.
+    if cells.places.is_none() {
+        cells.places = Some(Places::again(job)?);
+    }
+    let spilled = cells.settled.spilled;
+    let (cells, seamed) = clock.rounds_and(
+        ("seams", "corners", spilled),
+        (settled, job.opened),
+        (cells, seaming),
+        |(_, seaming), until| seams(job, seaming, until, EdgeCorner::local),
+        |(cells, seaming)| Ok((cells, seaming.finish(job)?)),
+    )?;
+    let nodes = cells.names.count();
+    let labels = nodes * W::BYTES as u64 + nodes / 2;
     let windows = ws.workers.count() as u64 * plan.windows.bytes::<I, W>();
     if labels + windows > ws.budget.free() / 8 * 7 {
         return Ok(Err(Way::InOrder { whatever: true }));
     }
-    let alone = Some(&left.alone);
-    let stars = join_stars(
-        clock,
-        job,
-        (&nodes, alone),
-        settling.stars,
-        counts.degenerate,
-    )?;
-    let records = links.len() / (2 * W::BYTES as u64);
-    let labels = clock.pass("stitch", "links", records, || {
-        let linked = Linked {
-            nodes,
-            links: &links,
-            conflicts: &|each| left.conflicts(job, &names, each),
-        };
-        stitch::<W>(job, &linked, true)
-    })?;
-    let borders = numbered::<W>(job, &names, &borders)?;
-    drop(links);
-    let mut chosen = clock.pass("components", "", 0, || {
-        let given = Given {
-            nodes,
-            labels: &labels,
-            borders: &borders,
-            grid: &grid,
-            stars: stars.as_ref(),
-        };
-        let sums = Sums {
-            job,
-            names: &names,
-            labels: &labels,
-        };
-        components(job, &given, (cuts, &mut counts), |pieces| {
-            sums.sum::<X>(left, &places, pieces)
-        })
-    })?;
-    drop((places, borders));
+    Ok(Ok((cells, seamed)))
+}
+
+/// Brings everything back to the triangles.
+fn assemble_all<I: Index, W: Index, X: Coord>(
+    clock: &mut Clock,
+    job: &Job,
+    plan: &CellPlan,
+    at: AtEnd<Cells<W, X>, W>,
+) -> Result<Built> {
+    let AtEnd {
+        first,
+        patches,
+        counts,
+        stars,
+        labels,
+        mut chosen,
+    } = at;
+    if first.windows != plan.windows.count {
+        return Err(Error::Internal(format!(
+            "{} windows of triangles became {}",
+            first.windows, plan.windows.count
+        )));
+    }
     let arrays = Rows::create::<I>(job)?.marked::<I>(job, counts.degenerate)?;
     let said = Said {
-        replies: &replies,
+        replies: &first.replies,
         patches: &patches,
-        names: &names,
+        names: &first.names,
         labels: &labels,
         chosen: &chosen,
-        degenerate: &settling.degenerate,
+        degenerate: &first.degenerate,
     };
     let found = Found {
         labels: &labels,
         chosen: &chosen,
     };
-    let lists = clock.pass("assemble", "triangles", t, || {
+    let lists = clock.pass("assemble", "triangles", job.shape.triangles, || {
         assemble::<I, W>(job, &plan.windows, &said, &arrays.tables())?;
         list::<I, W>(job, &found, counts.nonmanifold_edges, stars.as_ref())
     })?;
     let measures = chosen.stars.take().map(|stars| stars.measures);
     let counted = (counts, measures);
     let made = (chosen.table, lists);
-    Ok(Ok(arrays.built(made, counted, spilled, nodes.count())))
+    let (spilled, locals) = (first.settled.spilled, first.names.count());
+    Ok(arrays.built(made, counted, spilled, locals))
 }
 
 /// Maps, deals and settles.
@@ -187,7 +188,7 @@ fn settle_all<I: Index, W: Index, X: Coord>(
     job: &Job,
     bounds: &Bounds,
     (kind, plan): (Kind, &CellPlan),
-) -> Result<(AtSeams<W>, Places<X>)> {
+) -> Result<AtSeams<W, X>> {
     let step = steps_of(kind).dealt;
     let mut dealt = match clock.restored::<Dealt<W, X>>(step)? {
         Some(dealt) => Dealt {

@@ -18,6 +18,7 @@ use super::records::EdgeCorner;
 use super::{Job, SCRATCH_BLOCK, scratch_items};
 use crate::corner::Index;
 use crate::disk::ScratchFile;
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::error::{Result, conserve};
 use crate::shuffle::{Buckets, Record, Shuffle};
 use bytemuck::{Pod, Zeroable};
@@ -84,6 +85,34 @@ impl Sorted {
         })?;
         to.finish()?;
         Ok(Sorted { edges, corners })
+    }
+}
+
+impl Keep for Sorted {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        to.file(&self.edges)?;
+        to.file(&self.corners)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Sorted> {
+        Ok(Sorted {
+            edges: from.file()?,
+            corners: from.file()?,
+        })
+    }
+}
+
+impl Keep for Cuts {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        self.sorted.keep(to)?;
+        to.file(&self.labels)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Cuts> {
+        Ok(Cuts {
+            sorted: Sorted::restore(from)?,
+            labels: from.file()?,
+        })
     }
 }
 

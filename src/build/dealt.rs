@@ -4,15 +4,19 @@
 //! Memory: of its own none; the marks of names and of open vertices. I/O: none but what is asked
 //! for.
 
+use super::behind::{First, used_up};
 use super::cells::deal::Hands;
 use super::cells::names::{Marks, Names};
 use super::cells::places::Places;
 use super::cells::records::Reply;
-use super::cells::sums::Left;
+use super::cells::sums::{Left, Sums};
 use super::chunked::Settled;
+use super::nodes::Nodes;
 use super::records::{EdgeCorner, Patch};
 use super::seams::Seaming;
 use super::stars::spill::Spilled;
+use super::stitch::Labels;
+use super::tally::Pieces;
 use super::{Job, SCRATCH_BLOCK, scratch_items};
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
@@ -54,23 +58,25 @@ pub struct Dealt<W: Index, X> {
 }
 
 /// What is written down while the seams are settled: they are, and what the cells left besides.
-pub type AtSeams<W> = (Settling<W>, Seaming<W>);
+pub type AtSeams<W, X> = (Cells<W, X>, Seaming<W>);
 
 /// What the cells left, but for the edges of those that did not fit.
-pub struct Settling<W: Index> {
+pub struct Cells<W: Index, X> {
     /// Answers to the triangles.
     pub replies: Buckets<Reply<W>>,
     /// Names of local components.
     pub names: Names,
-    /// Records of local components.
-    pub left: Left,
+    /// Records of local components, until they are summed.
+    pub left: Option<Left>,
+    /// Where the vertices are, until then; in a build that is gone on with they are looked for anew.
+    pub places: Option<Places<X>>,
     /// Degenerate triangles of each window.
     pub degenerate: Vec<u64>,
     /// Vertices that no triangle names.
     pub unreferenced: u64,
     /// Totals of the cells.
     pub settled: Settled,
-    /// What is left of vertex stars, when they are wanted.
+    /// What is left of vertex stars, when they are wanted, until these are joined.
     pub stars: Option<Spilled<W>>,
     /// Windows that the replies are for.
     pub windows: u64,
@@ -114,7 +120,7 @@ impl<W: Index, X: Coord> Keep for Dealt<W, X> {
     }
 }
 
-impl<W: Index> Keep for Settling<W> {
+impl<W: Index, X> Keep for Cells<W, X> {
     fn keep(&self, to: &mut Pen) -> Result<()> {
         self.replies.keep(to)?;
         self.names.keep(to)?;
@@ -126,11 +132,12 @@ impl<W: Index> Keep for Settling<W> {
         to.number(self.windows)
     }
 
-    fn restore(from: &mut Reader) -> Result<Settling<W>> {
-        Ok(Settling {
+    fn restore(from: &mut Reader) -> Result<Self> {
+        Ok(Cells {
             replies: Buckets::restore(from)?,
             names: Names::restore(from)?,
-            left: Left::restore(from)?,
+            left: Option::restore(from)?,
+            places: None,
             degenerate: from.list()?,
             unreferenced: from.number()?,
             settled: Settled::restore(from)?,
@@ -145,7 +152,7 @@ impl<W: Index, X> Dealt<W, X> {
     ///
     /// # Errors
     /// As [`Shuffle::finish`].
-    pub fn finish(self) -> Result<(AtSeams<W>, Places<X>)> {
+    pub fn finish(self) -> Result<AtSeams<W, X>> {
         let degenerate: u64 = self.hands.degenerate.iter().sum();
         let seaming = Seaming {
             edges: self.edges.finish()?,
@@ -156,10 +163,11 @@ impl<W: Index, X> Dealt<W, X> {
             settled: Settled::default(),
             done: 0,
         };
-        let settling = Settling {
+        let cells = Cells {
             replies: self.replies.finish()?,
             names: self.marks.seal(),
-            left: self.left,
+            left: Some(self.left),
+            places: Some(self.places),
             degenerate: self.hands.degenerate,
             unreferenced: self.hands.unreferenced,
             settled: Settled {
@@ -169,7 +177,72 @@ impl<W: Index, X> Dealt<W, X> {
             stars: self.stars,
             windows: self.windows,
         };
-        Ok(((settling, seaming), self.places))
+        Ok((cells, seaming))
+    }
+}
+
+impl<W: Index, X: Coord> First<W> for Cells<W, X> {
+    type Sums = (Option<Left>, Places<X>);
+
+    fn settled(&self) -> &Settled {
+        &self.settled
+    }
+
+    fn unreferenced(&self) -> u64 {
+        self.unreferenced
+    }
+
+    fn nodes(&self, _: &Job) -> Nodes<'_> {
+        Nodes::ByName(&self.names)
+    }
+
+    fn stars(&mut self) -> Option<Spilled<W>> {
+        self.stars.take()
+    }
+
+    fn alone(&self) -> Option<&ScratchFile> {
+        self.left.as_ref().map(|left| &left.alone)
+    }
+
+    fn conflicts(&self, job: &Job, each: &mut dyn FnMut(u64) -> Result<()>) -> Result<()> {
+        let left = self.left.as_ref().ok_or_else(used_up)?;
+        left.conflicts(job, &self.names, each)
+    }
+
+    /// This way was chosen because they fit.
+    fn holds_labels(&self, _: &Job) -> bool {
+        true
+    }
+
+    fn check(&self, _: &Job, _: u64) -> Result<()> {
+        Ok(())
+    }
+
+    fn borders(&self, job: &Job, called: ScratchFile) -> Result<ScratchFile> {
+        numbered::<W>(job, &self.names, &called)
+    }
+
+    fn sums(&mut self, job: &Job) -> Result<Self::Sums> {
+        let places = match self.places.take() {
+            Some(places) => places,
+            None => Places::again(job)?,
+        };
+        Ok((self.left.take(), places))
+    }
+
+    fn sum(
+        &self,
+        job: &Job,
+        (left, places): Self::Sums,
+        labels: &Labels<W>,
+        to: &Pieces,
+    ) -> Result<()> {
+        let sums = Sums {
+            job,
+            names: &self.names,
+            labels,
+        };
+        sums.sum::<X>(left.ok_or_else(used_up)?, &places, to)
     }
 }
 
@@ -177,7 +250,7 @@ impl<W: Index, X> Dealt<W, X> {
 ///
 /// # Errors
 /// [`crate::Error::Budget`], [`crate::Error::DiskLimit`], [`crate::Error::Io`].
-pub fn numbered<W: Index>(job: &Job, names: &Names, file: &ScratchFile) -> Result<ScratchFile> {
+fn numbered<W: Index>(job: &Job, names: &Names, file: &ScratchFile) -> Result<ScratchFile> {
     let ws = job.ws;
     let numbers = ws.scratch.file("numbers at borders")?;
     let _lease = ws

@@ -1,11 +1,11 @@
 //! The way in file order: chunks of consecutive triangles are patches of surface, or nearly.
 
 use super::Job;
+use super::behind::{AtEnd, Behind, behind_seams};
 use super::changes::Changes;
 use super::chunked::{Chunked, LocalRecords, Settled};
 use super::chunks::{Sinks, chunks};
 use super::clock::Clock;
-use super::components::{ChunkSums, Given, components, sum_chunks};
 use super::fill::fill;
 use super::finish::{Found, apply};
 use super::graph::bits::Bits;
@@ -15,24 +15,25 @@ use super::pipeline::Built;
 use super::records::{EdgeCorner, Patch};
 use super::scan::{Seams, scan};
 use super::seams::{Seamed, Seaming, seams};
+use super::settled_chunks::{Chunks, check_held};
 use super::stars::spill::Spilled;
 use super::steps::At;
-use super::stitch::{Linked, stitch};
-use super::tail::{Edges, Rows, join_stars};
+use super::tail::Rows;
 use super::way::Way;
 use crate::chunk::grid::{Bounds, Grid};
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
 use crate::disk::journal::{Keep, Pen, Reader};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::shuffle::{Buckets, Shuffle};
+use std::marker::PhantomData;
 
 /// The step behind which the seam vertices are known.
-pub const SCANNED: &str = "scan";
+const SCANNED: &str = "scan";
 /// The step behind which the chunks are settled.
-pub const CHUNKED: &str = "chunks";
+const CHUNKED: &str = "chunks";
 /// The step behind which the rows that change lie aside.
-pub const DECIDED: &str = "decisions";
+const DECIDED: &str = "decisions";
 
 /// The seam vertices, and what the chunks left so far.
 struct Scanned<W: Index> {
@@ -99,35 +100,19 @@ impl<W: Index> Keep for Decided<W> {
 }
 
 /// What is written down while the seams are settled: they are, and what the chunks left besides.
-type AtSeams<W> = (First<W>, Seaming<W>);
+type AtSeams<I, W, X> = (Chunks<I, W, X>, Seaming<W>);
 
-/// What the chunks left, but for the seams.
-struct First<W: Index> {
-    rows: Rows,
-    stars: Option<Spilled<W>>,
-    chunked: Chunked,
-    records: LocalRecords,
-    unreferenced: u64,
-}
+/// How the steps behind the seams are called.
+const BEHIND: Behind = Behind {
+    stars: "stars",
+    stitch: "stitch",
+    components: "components",
+};
 
-impl<W: Index> Keep for First<W> {
-    fn keep(&self, to: &mut Pen) -> Result<()> {
-        self.rows.keep(to)?;
-        self.stars.keep(to)?;
-        self.chunked.keep(to)?;
-        self.records.keep(to)?;
-        to.number(self.unreferenced)
-    }
-
-    fn restore(from: &mut Reader) -> Result<First<W>> {
-        Ok(First {
-            rows: Rows::restore(from)?,
-            stars: Option::restore(from)?,
-            chunked: Chunked::restore(from)?,
-            records: LocalRecords::restore(from)?,
-            unreferenced: from.number()?,
-        })
-    }
+/// True when a build that was stopped behind this step went this way.
+pub fn is_step(step: &str) -> bool {
+    let behind = [BEHIND.stars, BEHIND.stitch, BEHIND.components];
+    [SCANNED, CHUNKED, DECIDED].contains(&step) || behind.contains(&step)
 }
 
 /// Runs the passes; or says, when the scan finds the order to be no help and `whatever` is not
@@ -141,93 +126,68 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
     bounds: &Bounds,
     whatever: bool,
 ) -> Result<Result<Built, Way>> {
-    let (ws, t) = (job.ws, job.shape.triangles);
-    let grid = Grid::new(bounds);
     if let Some(decided) = clock.restored::<Decided<W>>(DECIDED)? {
         let patches = decided.patches.records();
         let built = clock.pass("finish", "items", patches, || decided.make::<I>(job))?;
         return Ok(Ok(built));
     }
+    let at = behind_seams(clock, job, bounds, &BEHIND, |clock| {
+        seam_all::<I, W, X>(clock, job, bounds, whatever)
+    })?;
+    match at {
+        Ok(at) => finish::<I, W, X>(clock, job, at).map(Ok),
+        Err(better) => Ok(Err(better)),
+    }
+}
+
+/// Scans, settles the chunks and their seams; or says which way is better.
+fn seam_all<I: Index, W: Index, X: Coord>(
+    clock: &mut Clock,
+    job: &Job,
+    bounds: &Bounds,
+    whatever: bool,
+) -> Result<Result<(Chunks<I, W, X>, Seamed<W>), Way>> {
     let state = match clock.restored(CHUNKED)? {
         Some(state) => state,
-        None => match chunk_all::<I, W, X>(clock, job, &grid, whatever)? {
+        None => match chunk_all::<I, W, X>(clock, job, &Grid::new(bounds), whatever)? {
             Ok(state) => state,
             Err(better) => return Ok(Err(better)),
         },
     };
     let spilled = state.0.chunked.settled.spilled;
-    let (first, seamed) = clock.rounds_and(
+    let seamed = clock.rounds_and(
         ("seams", "corners", spilled),
         (CHUNKED, job.opened),
         state,
-        |(first, seaming): &mut AtSeams<W>, until| {
+        |(first, seaming): &mut AtSeams<I, W, X>, until| {
             let nodes = Nodes::InOrder(&first.chunked, job.plan.chunk);
             seams(job, seaming, until, |corner| nodes.of_corner(corner))
         },
         |(first, seaming)| Ok((first, seaming.finish(job)?)),
     )?;
-    let First {
-        rows,
-        stars,
-        chunked,
-        records,
-        unreferenced,
-    } = first;
-    let Seamed {
-        cuts,
-        cut_corners,
+    Ok(Ok(seamed))
+}
+
+/// Completes the arrays.
+fn finish<I: Index, W: Index, X: Coord>(
+    clock: &mut Clock,
+    job: &Job,
+    at: AtEnd<Chunks<I, W, X>, W>,
+) -> Result<Built> {
+    let AtEnd {
+        first: Chunks { rows, chunked, .. },
         patches,
-        links,
-        borders,
-        settled: seamed,
-    } = seamed;
-    let nodes = Nodes::InOrder(&chunked, job.plan.chunk);
-    let settled = Edges {
-        first: &chunked.settled,
-        seams: &seamed,
-        cut_corners,
-        unreferenced,
-        bounds,
-    };
-    let mut counts = settled.counts(job)?;
-    let stars = join_stars(clock, job, (&nodes, None), stars, counts.degenerate)?;
-    let linked = links.len() / (2 * W::BYTES as u64);
-    let labels = clock.pass("stitch", "links", linked, || {
-        let linked = Linked {
-            nodes,
-            links: &links,
-            conflicts: &|each| chunked.conflicts(ws, &records, each),
-        };
-        let table = chunked.table_bytes();
-        let held = (job.shape).fits_labels(&job.plan, nodes.count(), W::BYTES as u64, table);
-        stitch::<W>(job, &linked, held <= ws.budget.limit())
-    })?;
-    drop(links);
-    check_held(job, &chunked, labels.components)?;
-    let mut chosen = clock.pass("components", "", 0, || {
-        let given = Given {
-            nodes,
-            labels: &labels,
-            borders: &borders,
-            grid: &grid,
-            stars: stars.as_ref(),
-        };
-        let sums = ChunkSums {
-            chunked: &chunked,
-            records,
-            labels: &labels,
-            component: &rows.component,
-        };
-        components(job, &given, (cuts, &mut counts), |pieces| {
-            sum_chunks::<I, W, X>(job, sums, pieces)
-        })
-    })?;
+        counts,
+        stars,
+        labels,
+        mut chosen,
+    } = at;
     let arrays = rows.marked::<I>(job, counts.degenerate)?;
     // What was written down names the rows as they are.
-    let aside = clock.at_stake().then(|| Changes::new(ws)).transpose()?;
-    let locals = nodes.count();
-    let pass = ("finish", "items", t + patches.records());
-    let built = clock.measured(pass, |steps, ws| {
+    let aside = clock.at_stake().then(|| Changes::new(job.ws)).transpose()?;
+    let (spilled, locals) = (chunked.settled.spilled, chunked.locals());
+    let pass = ("finish", "items", job.shape.triangles + patches.records());
+    clock.measured(pass, |steps, ws| {
         let found = Found {
             labels: &labels,
             chosen: &chosen,
@@ -263,8 +223,7 @@ pub fn in_order<I: Index, W: Index, X: Coord>(
             steps.back(ws, job.opened)?;
         }
         ws.io.intact(decided.make::<I>(job))
-    })?;
-    Ok(Ok(built))
+    })
 }
 
 impl<W: Index> Decided<W> {
@@ -286,7 +245,7 @@ fn chunk_all<I: Index, W: Index, X: Coord>(
     job: &Job,
     grid: &Grid,
     whatever: bool,
-) -> Result<Result<AtSeams<W>, Way>> {
+) -> Result<Result<AtSeams<I, W, X>, Way>> {
     let (ws, t) = (job.ws, job.shape.triangles);
     let mut scanned = match clock.restored(SCANNED)? {
         Some(scanned) => scanned,
@@ -338,12 +297,13 @@ fn chunk_all<I: Index, W: Index, X: Coord>(
         edges,
         cuts,
     };
-    let first = First {
+    let first = Chunks {
         rows,
         stars,
         chunked,
-        records,
+        records: Some(records),
         unreferenced,
+        kinds: PhantomData,
     };
     Ok(Ok((first, seaming)))
 }
@@ -374,24 +334,4 @@ impl<W: Index> Scanned<W> {
             unreferenced,
         })
     }
-}
-
-/// Refuses, now that the table of chunks is there, a budget that is too small for what comes
-/// after it; and, once the components are counted, for two bits for each of them.
-fn check_held(job: &Job, chunked: &Chunked, components: u64) -> Result<()> {
-    let table = chunked.table_bytes();
-    let need = job.shape.least_after_chunks(&job.plan, components, table);
-    let have = job.ws.budget.limit();
-    if need > have {
-        return Err(Error::Budget {
-            what: match components {
-                0 => format!("the table of {} chunks", chunked.infos.len()),
-                _ => format!("two bits for each of {components} components"),
-            },
-            // A quarter more than what is short: the other parts grow with the budget.
-            need: need + (need - have) / 4,
-            have,
-        });
-    }
-    Ok(())
 }

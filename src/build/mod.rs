@@ -41,6 +41,7 @@ pub mod stitch;
 pub mod tally;
 pub mod whole;
 
+mod behind;
 mod builder;
 mod by_cells;
 mod clock;
@@ -58,6 +59,7 @@ mod predict;
 mod read;
 mod room;
 mod sample;
+mod settled_chunks;
 mod staging;
 mod steps;
 mod tail;

@@ -1,11 +1,11 @@
 //! The order of the passes, what each hands to the next, and what each cost.
 
 use super::arrays::OutArray;
-use super::by_cells::{StepNames, by_cells, steps_of};
+use super::by_cells::{by_cells, steps_of};
 use super::clock::{Clock, PassReport};
 use super::coords::{Placed, array_of, place};
 use super::identity::Inputs;
-use super::in_order::{CHUNKED, DECIDED, SCANNED, in_order};
+use super::in_order::{self, in_order};
 use super::plan::{Plan, Shape, Strategy};
 use super::records::narrow;
 use super::room::{check_after_read, with_need};
@@ -247,11 +247,8 @@ fn passes<I: Index, W: Index, X: Coord>(
     bounds: &Bounds,
 ) -> Result<Built> {
     let left = clock.left().unwrap_or_default();
-    let among = |kind: &Kind| {
-        let StepNames { dealt, settled } = steps_of(*kind);
-        [dealt, settled].contains(&left)
-    };
-    let mut way = if [SCANNED, CHUNKED, DECIDED].contains(&left) {
+    let among = |kind: &Kind| steps_of(*kind).has(left);
+    let mut way = if in_order::is_step(left) {
         Way::InOrder { whatever: true }
     } else if let Some(kind) = [Kind::Place, Kind::Id].into_iter().find(among) {
         Way::Cells(kind)

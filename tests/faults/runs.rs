@@ -158,27 +158,55 @@ pub fn cases() -> Vec<Case> {
     ]
 }
 
-/// Builds that write down every step, with the steps that each can be gone on with behind.
+/// Builds that write down every step, with steps that each can be gone on with behind.
 pub fn stepwise() -> Vec<(Case, Vec<&'static str>)> {
-    let build = |name, args: &str, settled, stride| {
+    let build = |name, args: &str, steps: &[&'static str], stride| {
         let args = format!("build {args} -o @/out/m.ct --memory=64MiB --checkpoint=0");
         let case = Case {
             stride,
             ..case(name, &args, meshes, true)
         };
-        (case, vec!["coordinates", settled, "finish"])
+        (case, steps.to_vec())
     };
     let small = "--chunk-triangles=20 --buckets=4";
     let way = |strategy| format!("@/in/m.ply {small} --strategy={strategy}");
+    let begun = ["read", "coordinates"];
+    let ended = ["stars", "stitch", "components", "finish"];
+    let by_place = ["stars by place", "stitch by place", "components by place"];
+    let by_id = ["stars by id", "stitch by id", "components by id"];
+    let weld = ["weld: read", "weld: group", "weld: place", "weld"];
     vec![
-        build("steps in order", &way("memory"), "chunks", 5),
-        build("steps, contract", &way("contract"), "chunks", 31),
-        build("steps by place", &way("by-place"), "settle by place", 9),
-        build("steps by id", &way("by-id"), "settle by id", 9),
+        build(
+            "steps in order",
+            &way("memory"),
+            &[&begun[..], &["chunks"], &ended].concat(),
+            5,
+        ),
+        build("steps, contract", &way("contract"), &["stitch"], 31),
+        build(
+            "steps by place",
+            &way("by-place"),
+            &[&["settle by place"], &by_place[..]].concat(),
+            9,
+        ),
+        build(
+            "steps by id",
+            &way("by-id"),
+            &[&["settle by id"], &by_id[..]].concat(),
+            9,
+        ),
+        build("steps of STL", "@/in/m.stl --strategy=memory", &weld, 13),
+        build(
+            "steps of STL as text",
+            "@/in/a.stl --strategy=memory",
+            &weld[..1],
+            17,
+        ),
+        build("steps of OBJ", "@/in/m.obj --strategy=memory", &begun, 17),
         build(
             "steps of welds",
-            "@/in/a.stl --strategy=memory",
-            "chunks",
+            "@/in/m.ply --weld --strategy=memory --index=u8",
+            &[&begun[..1], &weld].concat(),
             13,
         ),
     ]

@@ -10,6 +10,7 @@
 
 use super::bits::Bits;
 use crate::corner::Index;
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::disk::{Budget, Lease, ScratchFile, Workspace};
 use crate::error::Result;
 use crate::shuffle::{Plan, Record, Shuffle};
@@ -96,6 +97,39 @@ impl<W: Index> Labels<W> {
             held: Vec::new(),
             most,
             _lease: budget.lease("a range of labels", bytes)?,
+        })
+    }
+}
+
+impl<W: Index> Keep for Labels<W> {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        match &self.store {
+            Store::Memory(words) => {
+                to.number(self._lease.as_ref().map_or(0, Lease::bytes))?;
+                to.list(words)?;
+            }
+            Store::File(file) => {
+                to.number(u64::MAX)?;
+                to.file(file)?;
+            }
+        }
+        to.number(self.components)?;
+        self.nonorientable.keep(to)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Labels<W>> {
+        let (store, lease) = match from.number()? {
+            u64::MAX => (Store::File(from.file()?), None),
+            bytes => {
+                let lease = from.budget.lease("labels", bytes)?;
+                (Store::Memory(from.list()?), Some(lease))
+            }
+        };
+        Ok(Labels {
+            store,
+            _lease: lease,
+            components: from.number()?,
+            nonorientable: Bits::restore(from)?,
         })
     }
 }

@@ -48,6 +48,7 @@ use super::arrays::OutArray;
 use super::nodes::Nodes;
 use crate::corner::Index;
 use crate::disk::ScratchFile;
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::error::{Error, Result};
 use crate::folder::ValenceClass;
 use crate::shuffle::Buckets;
@@ -202,6 +203,25 @@ impl<W: Index> Starred<W> {
     /// [`crate::Error::Budget`], [`crate::Error::Io`].
     pub fn list_duplicates<I: Index>(&self, job: &Job) -> Result<OutArray> {
         list::<I, W>(job, &self.duplicates)
+    }
+}
+
+impl<W: Index> Keep for Starred<W> {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        let files = [&self.rings, &self.loops, &self.shared];
+        files.into_iter().try_for_each(|file| to.file(file))?;
+        self.valences.keep(to)?;
+        self.duplicates.keep(to)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Starred<W>> {
+        Ok(Starred {
+            rings: from.file()?,
+            loops: from.file()?,
+            shared: from.file()?,
+            valences: Valences::restore(from)?,
+            duplicates: Buckets::restore(from)?,
+        })
     }
 }
 

@@ -15,6 +15,7 @@ use super::super::{Job, scratch_items};
 use super::records::{Keyed, Shared};
 use crate::corner::Index;
 use crate::disk::ScratchFile;
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::error::Result;
 use crate::folder;
 use crate::shuffle::{Buckets, Shuffle};
@@ -129,6 +130,20 @@ fn by_vertex<W: Index>(
     })?;
     writer.finish()?;
     fans.finish()
+}
+
+impl Keep for Meetings {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        to.file(&self.vertices)?;
+        to.number(self.joined)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Meetings> {
+        Ok(Meetings {
+            vertices: from.file()?,
+            joined: from.number()?,
+        })
+    }
 }
 
 impl Meetings {
