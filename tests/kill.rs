@@ -20,7 +20,13 @@ fn make(dir: &Path, words: &str, name: &str) {
     data_gen::args::run(&args).expect("a mesh");
 }
 
+/// A quick build that is written down a dozen times: behind passes, and within them.
 fn build(dir: &Path, out: &str, args: &[&str], more: &[&str]) -> Command {
+    build_kept(dir, out, "0.02", &[args, more].concat())
+}
+
+/// A build that is written down when so many seconds of work are at stake.
+fn build_kept(dir: &Path, out: &str, seconds: &str, args: &[&str]) -> Command {
     let mut command = Command::new(PROGRAM);
     command
         .current_dir(dir)
@@ -34,10 +40,8 @@ fn build(dir: &Path, out: &str, args: &[&str], more: &[&str]) -> Command {
             "--memory",
             "24MiB",
         ])
-        // A quick build is written down a dozen times: behind passes, and within them.
-        .args(["--threads", "2", "--checkpoint", "0.02"])
+        .args(["--threads", "2", "--checkpoint", seconds])
         .args(args)
-        .args(more)
         .stdout(Stdio::null())
         .stderr(Stdio::piped());
     command
@@ -168,6 +172,53 @@ fn killed_anywhere_and_resumed_it_is_the_same() {
     assert!(all >= 30, "resumed of 20 each: {resumed:?}");
     let steps: BTreeSet<_> = resumed.iter().flat_map(|(_, steps)| steps).collect();
     assert!(steps.len() >= 4, "behind few steps: {resumed:?}");
+}
+
+/// Before there is a mesh to speak of: each step of reading and welding is gone on with.
+#[test]
+fn killed_while_it_reads_and_welds_it_is_the_same() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let dir = dir.path();
+    for name in ["m.stl", "m.ply"] {
+        make(dir, "sphere -t 100k --order shuffle --flip 0.3", name);
+    }
+    let mut export = Command::new(PROGRAM);
+    export.current_dir(dir);
+    export.args(["export", "o.ct", "-o", "m.obj", "--quiet"]);
+    for mut command in [build(dir, "o.ct", &["m.ply"], &[]), export] {
+        assert!(command.status().expect("a mesh").success());
+    }
+    let weld = ["weld: read", "weld: group", "weld: place", "weld"];
+    let decoded = ["read", "weld: read", "weld: group", "weld: place", "weld"];
+    let cases: [(&[&str], &[&str]); 5] = [
+        (&["m.stl"], &weld),
+        (&["m.stl", "--coords", "f8"], &weld[..1]),
+        (&["m.obj"], &["read"]),
+        (&["m.ply"], &["read"]),
+        (&["m.ply", "--weld", "--index", "u8"], &decoded),
+    ];
+    for (args, steps) in cases {
+        let done = build(dir, "whole.ct", args, &["--force"]).output();
+        assert!(done.expect("a build").status.success());
+        let mut resumed = BTreeSet::new();
+        for step in steps {
+            let work = dir.join(".m.ct.partial");
+            let mut child = build_kept(dir, "m.ct", "0", args).spawn().expect("a build");
+            let there = || step_of(&work).is_some_and(|now| now == *step);
+            assert!(wait_for(&mut child, there), "{args:?}: never behind {step}");
+            child.kill().expect("a child");
+            child.wait().expect("a child");
+            resumed.extend(step_of(&work));
+            let done = build(dir, "m.ct", args, &["--resume"]).output();
+            let done = done.expect("a build");
+            assert!(done.status.success(), "{args:?}, {step}: {done:?}");
+            same(dir, "whole.ct", "m.ct");
+            fs::remove_dir_all(dir.join("m.ct")).expect("a folder");
+        }
+        // Some went on before they were killed.
+        let met = steps.iter().filter(|step| resumed.contains(**step)).count();
+        assert!(2 * met > steps.len(), "{args:?}: {resumed:?}");
+    }
 }
 
 /// Where hardly a cell or a chunk settles its triangles, so that files of their own hold them.

@@ -1,9 +1,9 @@
 //! The way through cells, for meshes whose triangles lie in no order that helps.
 
 use super::Job;
-use super::behind::{AtEnd, Behind, behind_seams};
+use super::assembling::Assembling;
+use super::behind::{Behind, behind_seams};
 use super::cells::CellPlan;
-use super::cells::assemble::{Said, assemble};
 use super::cells::deal::deal;
 use super::cells::map::{by_id, by_place};
 use super::cells::names::Marks;
@@ -13,19 +13,16 @@ use super::cells::sums::Left;
 use super::chunked::Settled;
 use super::clock::Clock;
 use super::dealt::{AtSeams, Cells, Dealt};
-use super::finish::Found;
-use super::lists::list;
 use super::pipeline::Built;
 use super::records::EdgeCorner;
 use super::seams::{Seamed, seams};
 use super::stars::spill::Spilled;
-use super::tail::Rows;
 use super::way::{Kind, Way};
 use super::whole::Whole;
 use crate::chunk::grid::{Bounds, Grid};
 use crate::chunk::measure::Coord;
 use crate::corner::Index;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::shuffle::Shuffle;
 use std::time::Instant;
 
@@ -37,6 +34,8 @@ pub struct StepNames {
     pub settled: &'static str,
     /// Those behind the seams.
     pub behind: Behind,
+    /// The step behind which some windows of triangles are assembled.
+    pub assembled: &'static str,
 }
 
 impl StepNames {
@@ -47,7 +46,8 @@ impl StepNames {
             stitch,
             components,
         } = self.behind;
-        [self.dealt, self.settled, stars, stitch, components].contains(&step)
+        let behind = [stars, stitch, components, self.assembled];
+        [self.dealt, self.settled].contains(&step) || behind.contains(&step)
     }
 }
 
@@ -62,6 +62,7 @@ pub const fn steps_of(kind: Kind) -> StepNames {
                 stitch: "stitch by place",
                 components: "components by place",
             },
+            assembled: "assemble by place",
         },
         Kind::Id => StepNames {
             dealt: "deal by id",
@@ -71,6 +72,7 @@ pub const fn steps_of(kind: Kind) -> StepNames {
                 stitch: "stitch by id",
                 components: "components by id",
             },
+            assembled: "assemble by id",
         },
     }
 }
@@ -93,13 +95,19 @@ pub fn by_cells<I: Index, W: Index, X: Coord>(
         job.plan.buckets,
     );
     let steps = steps_of(kind);
-    let at = behind_seams(clock, job, bounds, &steps.behind, |clock| {
-        seam_all::<I, W, X>(clock, job, bounds, (kind, &plan))
-    })?;
-    match at {
-        Ok(at) => assemble_all::<I, W, X>(clock, job, &plan, at).map(Ok),
-        Err(better) => Ok(Err(better)),
-    }
+    let assembling = match clock.restored(steps.assembled)? {
+        Some(assembling) => assembling,
+        None => {
+            let at = behind_seams(clock, job, bounds, &steps.behind, |clock| {
+                seam_all::<I, W, X>(clock, job, bounds, (kind, &plan))
+            })?;
+            match at {
+                Ok(at) => Assembling::new::<I>(job, at)?,
+                Err(better) => return Ok(Err(better)),
+            }
+        }
+    };
+    assembling.finish::<I>(clock, job, &plan, &steps).map(Ok)
 }
 
 /// Settles the cells, and the edges of those that do not fit; or says that file order is the way
@@ -135,51 +143,6 @@ fn seam_all<I: Index, W: Index, X: Coord>(
         return Ok(Err(Way::InOrder { whatever: true }));
     }
     Ok(Ok((cells, seamed)))
-}
-
-/// Brings everything back to the triangles.
-fn assemble_all<I: Index, W: Index, X: Coord>(
-    clock: &mut Clock,
-    job: &Job,
-    plan: &CellPlan,
-    at: AtEnd<Cells<W, X>, W>,
-) -> Result<Built> {
-    let AtEnd {
-        first,
-        patches,
-        counts,
-        stars,
-        labels,
-        mut chosen,
-    } = at;
-    if first.windows != plan.windows.count {
-        return Err(Error::Internal(format!(
-            "{} windows of triangles became {}",
-            first.windows, plan.windows.count
-        )));
-    }
-    let arrays = Rows::create::<I>(job)?.marked::<I>(job, counts.degenerate)?;
-    let said = Said {
-        replies: &first.replies,
-        patches: &patches,
-        names: &first.names,
-        labels: &labels,
-        chosen: &chosen,
-        degenerate: &first.degenerate,
-    };
-    let found = Found {
-        labels: &labels,
-        chosen: &chosen,
-    };
-    let lists = clock.pass("assemble", "triangles", job.shape.triangles, || {
-        assemble::<I, W>(job, &plan.windows, &said, &arrays.tables())?;
-        list::<I, W>(job, &found, counts.nonmanifold_edges, stars.as_ref())
-    })?;
-    let measures = chosen.stars.take().map(|stars| stars.measures);
-    let counted = (counts, measures);
-    let made = (chosen.table, lists);
-    let (spilled, locals) = (first.settled.spilled, first.names.count());
-    Ok(arrays.built(made, counted, spilled, locals))
 }
 
 /// Maps, deals and settles.

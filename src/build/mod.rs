@@ -41,6 +41,7 @@ pub mod stitch;
 pub mod tally;
 pub mod whole;
 
+mod assembling;
 mod behind;
 mod builder;
 mod by_cells;

@@ -16,6 +16,7 @@ use super::stars::spill::Spilled;
 use crate::chunk::grid::Bounds;
 use crate::corner::Index;
 use crate::disk::ScratchFile;
+use crate::disk::journal::{Keep, Pen, Reader};
 use crate::error::{Error, Result};
 use crate::folder::{self, Counts, Measures};
 use bytemuck::Zeroable;
@@ -218,6 +219,22 @@ impl Marked {
             seam_corners,
             local_components,
         }
+    }
+}
+
+impl Keep for Marked {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        self.rows.keep(to)?;
+        self.flipped.keep(to)?;
+        self.degenerate.keep(to)
+    }
+
+    fn restore(from: &mut Reader) -> Result<Marked> {
+        Ok(Marked {
+            rows: Rows::restore(from)?,
+            flipped: OutArray::restore(from)?,
+            degenerate: OutArray::restore(from)?,
+        })
     }
 }
 

@@ -23,6 +23,7 @@ use crate::corner::{Index, flip_k};
 use crate::error::{Error, Result};
 use crate::folder::Orient;
 use crate::shuffle::Buckets;
+use std::time::Instant;
 
 /// Words held for each triangle of a window: reply, patches, opposites, what it is called by,
 /// rows of V and O, label.
@@ -44,7 +45,8 @@ pub struct Said<'a, W: Index> {
     pub degenerate: &'a [u64],
 }
 
-/// Writes all arrays by triangle.
+/// Writes the arrays by triangle from window `done` on, until all are written or `until` is past.
+/// Returns the first window that was not; all before it were.
 ///
 /// # Errors
 /// [`Error::Budget`], [`Error::Io`]; [`Error::Internal`] when a triangle has no reply.
@@ -53,7 +55,8 @@ pub fn assemble<I: Index, W: Index>(
     windows: &Window,
     said: &Said<W>,
     tables: &Tables,
-) -> Result<()> {
+    (done, until): (u64, Option<Instant>),
+) -> Result<u64> {
     let (ws, t) = (job.ws, job.shape.triangles);
     let threads = ws.workers.count() as u64;
     let bytes = windows.bytes::<I, W>();
@@ -63,8 +66,9 @@ pub fn assemble<I: Index, W: Index>(
         .iter()
         .scan(0, |sum, &n| Some(std::mem::replace(sum, *sum + n)))
         .collect();
-    ws.workers.run(
-        windows.count,
+    ws.workers.round(
+        done..windows.count,
+        until,
         || Ok(Thread::<I, W>::new(job)),
         |thread, window| {
             let first = window << windows.shift;
