@@ -264,7 +264,12 @@ fn an_input_that_changes_while_it_is_read_gives_no_folder() {
     let place = Place::new();
     place.run("export m.ct -o v.npy -q").expect(0);
     let (v, g) = (place.path("v.npy"), place.path("v.G.npy"));
-    for (when, path) in [("scan", &v), ("checksums", &v), ("checksums", &g)] {
+    for (when, path) in [
+        ("weld: read", &v),
+        ("scan", &v),
+        ("checksums", &v),
+        ("checksums", &g),
+    ] {
         let whole = fs::read(path).expect("the array");
         let other = {
             let mut other = whole.clone();
@@ -281,6 +286,7 @@ fn an_input_that_changes_while_it_is_read_gives_no_folder() {
         let out = place.path("changed.ct");
         let built = Builder::new(&v)
             .positions(&g)
+            .weld(when == "weld: read")
             .progress(Arc::new(progress))
             .build(&out);
         let said = built.expect_err("a changed input").to_string();
@@ -353,16 +359,21 @@ fn ids_that_change_between_passes_are_told_and_not_followed() {
 fn an_input_that_was_decoded_may_go() {
     let place = Place::new();
     let mesh = place.path("m.obj");
-    let victim = mesh.clone();
-    let change = Box::new(move || fs::remove_file(victim).expect("it is removed"));
-    let progress = Changes {
-        when: "checksums",
-        change: Mutex::new(Some(change)),
-    };
-    let out = place.path("late.ct");
-    let built = Builder::new(&mesh).progress(Arc::new(progress)).build(&out);
-    built.expect("a build of what was read");
-    assert!(!mesh.exists() && out.join("manifest.json").exists());
+    let whole = fs::read(&mesh).expect("the mesh");
+    for (when, weld) in [("checksums", false), ("weld: read", true)] {
+        let victim = mesh.clone();
+        let change = Box::new(move || fs::remove_file(victim).expect("it is removed"));
+        let progress = Changes {
+            when,
+            change: Mutex::new(Some(change)),
+        };
+        let out = place.path(&format!("late {when}.ct"));
+        let builder = Builder::new(&mesh).weld(weld);
+        let built = builder.progress(Arc::new(progress)).build(&out);
+        built.expect("a build of what was read");
+        assert!(!mesh.exists() && out.join("manifest.json").exists());
+        fs::write(&mesh, &whole).expect("it is as before");
+    }
 }
 
 fn work_of(out: &Path) -> PathBuf {

@@ -86,6 +86,14 @@ impl<'a> Clock<'a> {
         self.steps.at_stake()
     }
 
+    /// Another way makes the rows anew: what is written down of this one names them no longer.
+    ///
+    /// # Errors
+    /// [`Error::Io`](crate::Error::Io).
+    pub fn back(&mut self, opened: &Opened) -> Result<()> {
+        self.steps.back(self.ws, opened)
+    }
+
     /// Runs and measures one pass of `total` units.
     ///
     /// # Errors

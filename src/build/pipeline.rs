@@ -270,7 +270,10 @@ fn passes<I: Index, W: Index, X: Coord>(
         };
         match done {
             Ok(built) => return Ok(built),
-            Err(next) => way = next,
+            Err(next) => {
+                clock.back(job.opened)?;
+                way = next;
+            }
         }
     }
 }

@@ -34,10 +34,14 @@ pub fn read(clock: &mut Clock, request: &Request, inputs: &Inputs) -> Result<Mes
         loop {
             let (step, opened) = (reading.step(), None);
             steps.done(ws, At { step, opened }, &reading)?;
+            let again = reading.reads_input();
             reading = match reading {
                 Reading::Done(mesh) => return Ok(mesh),
                 reading => ws.io.intact(reading.on(ws, request))?,
             };
+            if again {
+                inputs.check(&ws.io)?;
+            }
         }
     })
 }

@@ -6,7 +6,7 @@
 //! Memory: see [`weld`]. I/O: none but what is asked for.
 
 use super::weld::{self, Next, Welding};
-use super::{Mesh, Request};
+use super::{Mesh, Request, Source};
 use crate::disk::Workspace;
 use crate::disk::journal::{Keep, Pen, Reader};
 use crate::error::{Error, Result};
@@ -54,6 +54,11 @@ impl Reading {
             Reading::Done(mesh) if mesh.welded => WELDED,
             Reading::Done(_) => DECODED,
         }
+    }
+
+    /// True when the next pass reads the user's files.
+    pub fn reads_input(&self) -> bool {
+        matches!(self, Reading::Unwelded(mesh) if matches!(mesh.v.source, Source::Named(_)))
     }
 
     /// Runs the next pass.
