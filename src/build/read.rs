@@ -37,7 +37,7 @@ pub fn read(clock: &mut Clock, request: &Request, inputs: &Inputs) -> Result<Mes
             let again = reading.reads_input();
             reading = match reading {
                 Reading::Done(mesh) => return Ok(mesh),
-                reading => ws.io.intact(reading.on(ws, request))?,
+                reading => ws.io.intact(reading.on(ws, request, steps.until()))?,
             };
             if again {
                 inputs.check(&ws.io)?;

@@ -5,27 +5,33 @@
 //!
 //! Memory: see [`weld`]. I/O: none but what is asked for.
 
+use super::stl::{self, Facets};
 use super::weld::{self, Next, Welding};
 use super::{Mesh, Request, Source};
 use crate::disk::Workspace;
 use crate::disk::journal::{Keep, Pen, Reader};
 use crate::error::{Error, Result};
 use crate::folder::InputEntry;
+use std::time::Instant;
 
 /// The steps behind which a mesh can be gone on with, before it is opened.
-pub const STEPS: [&str; 5] = [
+pub const STEPS: [&str; 6] = [
+    FACETS,
     DECODED,
     weld::STEPS[0],
     weld::STEPS[1],
     weld::STEPS[2],
     WELDED,
 ];
+const FACETS: &str = "some facets";
 const DECODED: &str = "read";
 const WELDED: &str = "weld";
 
 /// A mesh on its way.
 #[derive(Debug)]
 pub enum Reading {
+    /// It is a file of facets, some of which were read.
+    Facets(Facets),
     /// It was read, and is to be welded.
     Unwelded(Mesh),
     /// It is being welded.
@@ -49,6 +55,7 @@ impl Reading {
     /// The one of [`STEPS`] behind which it is.
     pub fn step(&self) -> &'static str {
         match self {
+            Reading::Facets(_) => FACETS,
             Reading::Unwelded(_) => DECODED,
             Reading::Welding(weld, _) => weld.step(),
             Reading::Done(mesh) if mesh.welded => WELDED,
@@ -58,15 +65,26 @@ impl Reading {
 
     /// True when the next pass reads the user's files.
     pub fn reads_input(&self) -> bool {
-        matches!(self, Reading::Unwelded(mesh) if matches!(mesh.v.source, Source::Named(_)))
+        match self {
+            Reading::Facets(_) => true,
+            Reading::Unwelded(mesh) => matches!(mesh.v.source, Source::Named(_)),
+            _ => false,
+        }
     }
 
-    /// Runs the next pass.
+    /// Runs the next pass; one that can stop in between does, once `until` is past.
     ///
     /// # Errors
     /// [`Error::Usage`] for a mesh without coordinates; as the passes of the weld.
-    pub fn on(self, ws: &Workspace, request: &Request) -> Result<Reading> {
+    pub fn on(self, ws: &Workspace, request: &Request, until: Option<Instant>) -> Result<Reading> {
         match self {
+            Reading::Facets(mut facets) => Ok(match facets.some(ws, &request.path, until)? {
+                true => {
+                    let (digest, weld) = facets.end()?;
+                    stl::welding(digest, weld)
+                }
+                false => Reading::Facets(facets),
+            }),
             Reading::Unwelded(mesh) => begin(ws, mesh, request),
             Reading::Welding(weld, read) => Ok(match weld.on(ws, request)? {
                 Next::Going(weld) => Reading::Welding(weld, read),
@@ -99,7 +117,7 @@ impl Reading {
     /// As [`on`](Reading::on).
     pub fn finish(mut self, ws: &Workspace, request: &Request) -> Result<Mesh> {
         loop {
-            self = match self.on(ws, request)? {
+            self = match self.on(ws, request, None)? {
                 Reading::Done(mesh) => return Ok(mesh),
                 reading => reading,
             };
@@ -138,6 +156,10 @@ impl Keep for Reading {
                 to.number(1)?;
                 mesh.keep(to)
             }
+            Reading::Facets(facets) => {
+                to.number(3)?;
+                facets.keep(to)
+            }
             Reading::Welding(weld, read) => {
                 to.number(2)?;
                 weld.keep(to)?;
@@ -153,6 +175,7 @@ impl Keep for Reading {
         Ok(match from.number()? {
             0 => Reading::Unwelded(Mesh::restore(from)?),
             1 => Reading::Done(Mesh::restore(from)?),
+            3 => Reading::Facets(Facets::restore(from)?),
             _ => Reading::Welding(
                 Welding::restore(from)?,
                 Read {

@@ -23,7 +23,7 @@
 use super::reader::{ByteReader, PEEK};
 use super::reading::{Read, Reading};
 use super::text::{BadNumber, Dialect, Lexer, parse_f4, shown};
-use super::weld::{Bits, Expected, Soup, soup};
+use super::weld::{Bits, Expected, Soup, Welding, soup};
 use super::{CoordKind, Request};
 use crate::disk::Workspace;
 use crate::error::{Error, Result};
@@ -54,6 +54,10 @@ pub fn read(ws: &Workspace, mut reader: ByteReader, request: &Request) -> Result
         ));
     }
     let (form, facets) = look(&mut reader)?;
+    if form == Form::Binary && reader.regular() {
+        let kind = request.coords.unwrap_or(CoordKind::F4);
+        return Ok(Reading::Facets(Facets::new(ws, reader, kind, facets)?));
+    }
     match request.coords {
         Some(CoordKind::F8) => read_as::<u64>(ws, reader, form, facets),
         _ => read_as::<u32>(ws, reader, form, facets),
@@ -75,12 +79,15 @@ fn read_as<B: Bits>(
     form: Form,
     facets: u64,
 ) -> Result<Reading> {
-    let regular = reader.regular();
     let (digest, weld) = match form {
-        Form::Binary if regular => facets::read::<B>(ws, reader, facets)?,
         Form::Binary => soup::<B, _>(ws, exactly(facets), |soup| binary(reader, facets, soup))?,
         Form::Text => soup::<B, _>(ws, about(&reader, facets), |soup| text(reader, soup))?,
     };
+    Ok(welding(digest, weld))
+}
+
+/// All corners were read.
+pub(super) fn welding(digest: InputDigest, weld: Welding) -> Reading {
     let entry = InputEntry {
         format: "stl".into(),
         files: vec![digest],
@@ -90,7 +97,7 @@ fn read_as<B: Bits>(
         polygons_fanned: 0,
         vertices: None,
     };
-    Ok(Reading::Welding(weld, read))
+    Reading::Welding(weld, read)
 }
 
 fn exactly(facets: u64) -> Expected {
@@ -363,6 +370,7 @@ fn coordinate(lexer: &mut Lexer) -> Result<u32> {
 
 #[path = "stl_facets.rs"]
 mod facets;
+pub(super) use self::facets::Facets;
 #[cfg(test)]
 #[path = "stl_tests.rs"]
 mod tests;

@@ -10,6 +10,8 @@ use super::Tuning;
 use crate::disk::Workspace;
 use crate::error::Result;
 use crate::shuffle::Plan;
+use std::ops::Range;
+use std::time::Instant;
 
 /// The most corners of a window while windows are few: its arrays stay in a core's cache.
 const WINDOW: u64 = 1 << 18;
@@ -81,12 +83,36 @@ impl Cut {
         work: impl Fn(&mut S, u64) -> Result<()> + Sync,
         close: impl Fn(S) -> Result<()> + Sync,
     ) -> Result<()> {
+        let all = (0..units, None);
+        self.round(ws, all, start, work, close).map(drop)
+    }
+
+    /// The same for `units`, until all are done or `until` is past, as
+    /// [`Workers::round`](crate::disk::Workers::round) does; gives the first that is not done.
+    ///
+    /// # Errors
+    /// As [`run`](Cut::run).
+    pub fn round<S>(
+        &self,
+        ws: &Workspace,
+        (mut units, until): (Range<u64>, Option<Instant>),
+        start: impl Fn() -> Result<S> + Sync,
+        work: impl Fn(&mut S, u64) -> Result<()> + Sync,
+        close: impl Fn(S) -> Result<()> + Sync,
+    ) -> Result<u64> {
         if self.threads > 1 {
-            return ws.workers.run(units, start, work, close);
+            return ws.workers.round(units, until, start, work, close);
         }
         let mut state = start()?;
-        (0..units).try_for_each(|unit| work(&mut state, unit))?;
-        close(state)
+        while !units.is_empty() {
+            work(&mut state, units.start)?;
+            units.start += 1;
+            if until.is_some_and(|until| Instant::now() >= until) {
+                break;
+            }
+        }
+        close(state)?;
+        Ok(units.start)
     }
 }
 

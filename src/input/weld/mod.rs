@@ -44,6 +44,7 @@ mod stage;
 mod stream;
 #[cfg(test)]
 mod tests;
+mod units;
 mod windows;
 
 use self::bits::{HASHES, Place};
@@ -55,11 +56,11 @@ use crate::corner::Index;
 use crate::disk::{ScratchFile, Workspace};
 use crate::error::{Result, conserve};
 use crate::shuffle::{Buckets, Plan, Shuffle, Writer};
-use std::sync::Mutex;
 
 pub(super) use self::bits::Bits;
 pub use self::cost::{WeldCost, WeldSize};
 pub(super) use self::stage::{Next, STEPS, Welding};
+pub(super) use self::units::Units;
 
 /// The least memory in bytes that a weld works in.
 pub const LEAST: u64 = 256 << 10;
@@ -115,6 +116,11 @@ fn begin_tuned(
         (CoordKind::F8, true) => indexed::indexed::<u64, u32>(ws, v, g, request, tuning),
         (CoordKind::F8, false) => indexed::indexed::<u64, u64>(ws, v, g, request, tuning),
     }
+}
+
+/// True when corners of exactly so many triangles have numbers of 4 bytes.
+pub(super) fn few(triangles: u64) -> bool {
+    narrow(Some(triangles), Tuning::default())
 }
 
 /// True when ranks of 4 bytes suffice for at most so many triangles.
@@ -203,64 +209,6 @@ fn in_order<B: Bits, R: Index, T>(
     taker.0.finish()?;
     let known = Known::new(all, tuning, corners);
     Ok((fed, all_read(known, counted, (backs, places.finish()?))?))
-}
-
-/// Begins to weld exactly `triangles` triangles that lie in `units`, which threads take by turns:
-/// `feed` gives those of one unit, in order, with the thread's own state from `start`.
-///
-/// # Errors
-/// Those of `start` and `feed`; else as [`begin`].
-pub(super) fn soup_of_units<B: Bits, S>(
-    ws: &Workspace,
-    (triangles, units): (u64, u64),
-    start: impl Fn() -> Result<S> + Sync,
-    feed: impl Fn(&mut S, &mut dyn Soup<B>, u64) -> Result<()> + Sync,
-) -> Result<Welding> {
-    let tuning = Tuning::default();
-    if narrow(Some(triangles), tuning) {
-        by_units::<B, u32, S>(ws, (triangles, units), start, feed, tuning)
-    } else {
-        by_units::<B, u64, S>(ws, (triangles, units), start, feed, tuning)
-    }
-}
-
-fn by_units<B: Bits, R: Index, S>(
-    ws: &Workspace,
-    (triangles, units): (u64, u64),
-    start: impl Fn() -> Result<S> + Sync,
-    feed: impl Fn(&mut S, &mut dyn Soup<B>, u64) -> Result<()> + Sync,
-    tuning: Tuning,
-) -> Result<Welding> {
-    drop(ws.budget.lease("welding vertices", LEAST)?);
-    let corners = 3 * triangles;
-    let cut = Cut::new(ws.budget.free(), ws.workers.count() as u64, corners, tuning);
-    let backs = ws.scratch.file("welded corners")?;
-    let places = shuffle_places::<B, R>(ws, &cut, corners)?;
-    let counted = Mutex::new(Counted::default());
-    cut.run(
-        ws,
-        units,
-        || {
-            let taker = ToPlaces(places.writer()?);
-            let front = Front::new(ws, &cut, tuning.room, &backs, taker)?;
-            Ok((front, start()?))
-        },
-        |(front, state), unit| {
-            feed(state, front, unit)?;
-            ws.progress.usage(ws.budget.used(), ws.scratch.used());
-            front.end()
-        },
-        |(front, _)| {
-            let (taker, own) = front.into_taker();
-            let mut all = counted.lock().unwrap_or_else(|e| e.into_inner());
-            all.corners += own.corners;
-            all.keys += own.keys;
-            taker.0.finish()
-        },
-    )?;
-    let counted = counted.into_inner().unwrap_or_else(|e| e.into_inner());
-    let known = Known::new(cut, tuning, corners);
-    all_read(known, counted, (backs, places.finish()?))
 }
 
 /// All corners were read: every one was taken, and every key that went on is a place.

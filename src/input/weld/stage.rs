@@ -147,15 +147,8 @@ impl<B: Bits, R: Index> Between for Weld<B, R> {
     }
 
     fn keep(&self, to: &mut Pen) -> Result<()> {
-        let Known {
-            cut,
-            filed,
-            placed,
-            count,
-        } = self.known;
         to.list(&[B::KIND.bytes(), R::BYTES as u64])?;
-        to.list(&[cut.threads, cut.window, cut.memory])?;
-        to.list(&[u64::from(filed), u64::from(placed), count])?;
+        self.known.keep(to)?;
         to.file(&self.backs)?;
         match &self.left {
             Left::Places(places) => {
@@ -180,20 +173,7 @@ impl<B: Bits, R: Index> Between for Weld<B, R> {
 impl<B: Bits, R: Index> Weld<B, R> {
     /// Reads back what is written behind the widths.
     fn restore(from: &mut Reader) -> Result<Welding> {
-        let [cut, rest] = [from.list::<u64>()?, from.list::<u64>()?];
-        let ([threads, window, memory], [filed, placed, count]) = (&cut[..], &rest[..]) else {
-            return Err(Error::Internal("a journal of another weld".into()));
-        };
-        let known = Known {
-            cut: Cut {
-                threads: *threads,
-                window: *window,
-                memory: *memory,
-            },
-            filed: *filed == 1,
-            placed: *placed == 1,
-            count: *count,
-        };
+        let known = Known::restore(from)?;
         let backs = from.file()?;
         let left = match from.number()? {
             0 => Left::Places(Buckets::restore(from)?),
@@ -208,6 +188,34 @@ impl<B: Bits, R: Index> Weld<B, R> {
             }),
         };
         Ok(Welding::new(Weld::<B, R> { known, backs, left }))
+    }
+}
+
+impl Keep for Known {
+    fn keep(&self, to: &mut Pen) -> Result<()> {
+        let Cut {
+            threads,
+            window,
+            memory,
+        } = self.cut;
+        let [filed, placed] = [self.filed, self.placed].map(u64::from);
+        to.list(&[threads, window, memory, filed, placed, self.count])
+    }
+
+    fn restore(from: &mut Reader) -> Result<Known> {
+        let [threads, window, memory, filed, placed, count] = from.list::<u64>()?[..] else {
+            return Err(Error::Internal("a journal of another weld".into()));
+        };
+        Ok(Known {
+            cut: Cut {
+                threads,
+                window,
+                memory,
+            },
+            filed: filed == 1,
+            placed: placed == 1,
+            count,
+        })
     }
 }
 

@@ -84,13 +84,12 @@ impl Bench {
             soup.begin(u * unit);
             soup.corners(&all[(3 * u * unit) as usize..(3 * count.min((u + 1) * unit)) as usize])
         };
-        let start = || Ok(());
         let weld = if narrow(Some(count), tuning) {
-            by_units::<B, u32, _>(&self.ws, units, start, feed, tuning)
+            by_units::<B, u32>(&self.ws, units, tuning, &feed)
         } else {
-            by_units::<B, u64, _>(&self.ws, units, start, feed, tuning)
+            by_units::<B, u64>(&self.ws, units, tuning, &feed)
         };
-        let welded = weld.unwrap().finish(&self.ws, &request).unwrap();
+        let welded = weld.finish(&self.ws, &request).unwrap();
         assert!(self.welded(welded, wide) == found, "units differ");
         std::fs::remove_file(&request.g_path).unwrap();
         found
@@ -159,6 +158,19 @@ impl Bench {
         };
         mesh(indices, Some(coords))
     }
+}
+
+/// Takes units with a stop behind each.
+fn by_units<B: Bits, R: Index>(
+    ws: &Workspace,
+    of: (u64, u64),
+    tuning: Tuning,
+    feed: &(dyn Fn(&mut (), &mut dyn Soup<B>, u64) -> Result<()> + Sync),
+) -> Welding {
+    let mut units = Units::<B, R>::tuned(ws, of, tuning).unwrap();
+    let now = Some(std::time::Instant::now());
+    while !units.take(ws, now, || Ok(()), feed).unwrap() {}
+    units.end().unwrap()
 }
 
 /// Welds a mesh.
@@ -525,8 +537,13 @@ fn corners_that_a_unit_keeps_back_are_missed() {
         soup.begin(u);
         (0..if u == 2 { 2 } else { 3 }).try_for_each(|_| soup.corners(&corner))
     };
-    let weld = soup_of_units::<u32, ()>(&bench.ws, (4, 4), || Ok(()), feed);
-    let said = weld.map(|_| ()).map_err(|e| e.to_string()).unwrap_err();
+    let mut units = Units::<u32, u32>::new(&bench.ws, (4, 4)).unwrap();
+    assert!(units.take(&bench.ws, None, || Ok(()), feed).unwrap());
+    let said = units
+        .end()
+        .map(|_| ())
+        .map_err(|e| e.to_string())
+        .unwrap_err();
     assert!(
         said.contains("'weld: read' was given 12 corners, and accounts for 11"),
         "{said}"
