@@ -93,6 +93,10 @@ pub trait First<W: Index>: Keep {
     fn sum(&self, job: &Job, sums: Self::Sums, labels: &Labels<W>, to: &Pieces) -> Result<()>;
 }
 
+/// What the passes up to the seams come to: what the first of them left, and the seams; or the way
+/// that is better.
+pub type UpToSeams<F, W> = Result<(F, Seamed<W>), Way>;
+
 /// What is to be summed was asked for once more.
 pub fn used_up() -> Error {
     Error::Internal("what is known of local components was summed before".into())
@@ -146,7 +150,7 @@ pub fn behind_seams<W: Index, F: First<W>>(
     job: &Job,
     bounds: &Bounds,
     steps: &Behind,
-    seamed: impl FnOnce(&mut Clock) -> Result<Result<(F, Seamed<W>), Way>>,
+    seamed: impl FnOnce(&mut Clock) -> Result<UpToSeams<F, W>>,
 ) -> Result<Result<AtEnd<F, W>, Way>> {
     if let Some(at) = clock.restored(steps.components)? {
         return Ok(Ok(at));

@@ -2,7 +2,7 @@
 
 use super::Job;
 use super::assembling::Assembling;
-use super::behind::{Behind, behind_seams};
+use super::behind::{Behind, UpToSeams, behind_seams};
 use super::cells::CellPlan;
 use super::cells::deal::deal;
 use super::cells::map::{by_id, by_place};
@@ -15,7 +15,7 @@ use super::clock::Clock;
 use super::dealt::{AtSeams, Cells, Dealt};
 use super::pipeline::Built;
 use super::records::EdgeCorner;
-use super::seams::{Seamed, seams};
+use super::seams::seams;
 use super::stars::spill::Spilled;
 use super::way::{Kind, Way};
 use super::whole::Whole;
@@ -117,7 +117,7 @@ fn seam_all<I: Index, W: Index, X: Coord>(
     job: &Job,
     bounds: &Bounds,
     (kind, plan): (Kind, &CellPlan),
-) -> Result<Result<(Cells<W, X>, Seamed<W>), Way>> {
+) -> Result<UpToSeams<Cells<W, X>, W>> {
     let ws = job.ws;
     let settled = steps_of(kind).settled;
     let (mut cells, seaming) = match clock.restored::<AtSeams<W, X>>(settled)? {

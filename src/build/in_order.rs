@@ -1,7 +1,7 @@
 //! The way in file order: chunks of consecutive triangles are patches of surface, or nearly.
 
 use super::Job;
-use super::behind::{AtEnd, Behind, behind_seams};
+use super::behind::{AtEnd, Behind, UpToSeams, behind_seams};
 use super::changes::Changes;
 use super::chunked::{Chunked, LocalRecords, Settled};
 use super::chunks::{Sinks, chunks};
@@ -14,7 +14,7 @@ use super::nodes::Nodes;
 use super::pipeline::Built;
 use super::records::{EdgeCorner, Patch};
 use super::scan::{Seams, scan};
-use super::seams::{Seamed, Seaming, seams};
+use super::seams::{Seaming, seams};
 use super::settled_chunks::{Chunks, check_held};
 use super::stars::spill::Spilled;
 use super::steps::At;
@@ -146,7 +146,7 @@ fn seam_all<I: Index, W: Index, X: Coord>(
     job: &Job,
     bounds: &Bounds,
     whatever: bool,
-) -> Result<Result<(Chunks<I, W, X>, Seamed<W>), Way>> {
+) -> Result<UpToSeams<Chunks<I, W, X>, W>> {
     let state = match clock.restored(CHUNKED)? {
         Some(state) => state,
         None => match chunk_all::<I, W, X>(clock, job, &Grid::new(bounds), whatever)? {

@@ -16,6 +16,7 @@
 //! waiting for the device.
 
 use super::fs::Stream;
+pub use super::keep::Keep;
 use super::scratch::Named;
 use super::{Budget, Counters, DataFile, Scratch, ScratchFile, fs, go_on};
 use crate::error::{Error, Result};
@@ -27,57 +28,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use xxhash_rust::xxh3::Xxh3;
-
-/// A state that can be written down and gone on with.
-pub trait Keep: Sized {
-    /// Writes it down.
-    ///
-    /// # Errors
-    /// [`Error::Io`].
-    fn keep(&self, to: &mut Pen) -> Result<()>;
-
-    /// Reads it back.
-    ///
-    /// # Errors
-    /// [`Error::Input`] when a file is not as it was, [`Error::Budget`], [`Error::Io`].
-    fn restore(from: &mut Reader) -> Result<Self>;
-}
-
-/// Nothing.
-impl Keep for () {
-    fn keep(&self, _: &mut Pen) -> Result<()> {
-        Ok(())
-    }
-
-    fn restore(_: &mut Reader) -> Result<()> {
-        Ok(())
-    }
-}
-
-impl<T: Keep> Keep for Option<T> {
-    fn keep(&self, to: &mut Pen) -> Result<()> {
-        to.number(u64::from(self.is_some()))?;
-        self.as_ref().map_or(Ok(()), |some| some.keep(to))
-    }
-
-    fn restore(from: &mut Reader) -> Result<Option<T>> {
-        match from.number()? {
-            0 => Ok(None),
-            _ => T::restore(from).map(Some),
-        }
-    }
-}
-
-impl<A: Keep, B: Keep> Keep for (A, B) {
-    fn keep(&self, to: &mut Pen) -> Result<()> {
-        self.0.keep(to)?;
-        self.1.keep(to)
-    }
-
-    fn restore(from: &mut Reader) -> Result<(A, B)> {
-        Ok((A::restore(from)?, B::restore(from)?))
-    }
-}
 
 /// Writes a journal.
 pub struct Pen {

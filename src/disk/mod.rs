@@ -14,6 +14,7 @@ mod file;
 pub mod fs;
 mod hints;
 pub mod journal;
+mod keep;
 mod left;
 mod lock;
 mod lost;

@@ -160,12 +160,15 @@ impl Bench {
     }
 }
 
+/// Gives the triangles of a unit.
+type Feed<'a, B> = &'a (dyn Fn(&mut (), &mut dyn Soup<B>, u64) -> Result<()> + Sync);
+
 /// Takes units with a stop behind each.
 fn by_units<B: Bits, R: Index>(
     ws: &Workspace,
     of: (u64, u64),
     tuning: Tuning,
-    feed: &(dyn Fn(&mut (), &mut dyn Soup<B>, u64) -> Result<()> + Sync),
+    feed: Feed<B>,
 ) -> Welding {
     let mut units = Units::<B, R>::tuned(ws, of, tuning).unwrap();
     let now = Some(std::time::Instant::now());
