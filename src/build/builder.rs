@@ -11,7 +11,7 @@ use crate::chunk::pair::MAX_CHUNK;
 use crate::disk::{Budget, Counters, NoProgress, Progress, Scratch, Workers, Workspace, fs};
 use crate::error::{Error, Result};
 use crate::folder::{self, Orient};
-use crate::input::{self, CoordKind, Endian, Format, IndexKind, Request};
+use crate::input::{CoordKind, Endian, Format, IndexKind, Request};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;

@@ -27,19 +27,21 @@ pub fn read(clock: &mut Clock, request: &Request, inputs: &Inputs) -> Result<Mes
             Some(reading) => reading,
             None => {
                 let reading = ws.io.intact(input::read(ws, request))?;
-                inputs.check(&ws.io)?;
+                if !reading.lies_in_input() {
+                    inputs.check(&ws.io)?;
+                }
                 reading
             }
         };
         loop {
             let (step, opened) = (reading.step(), None);
             steps.done(ws, At { step, opened }, &reading)?;
-            let again = reading.reads_input();
+            let before = reading.lies_in_input();
             reading = match reading {
                 Reading::Done(mesh) => return Ok(mesh),
                 reading => ws.io.intact(reading.on(ws, request, steps.until()))?,
             };
-            if again {
+            if before && !reading.lies_in_input() {
                 inputs.check(&ws.io)?;
             }
         }

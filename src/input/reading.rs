@@ -63,12 +63,14 @@ impl Reading {
         }
     }
 
-    /// True when the next pass reads the user's files.
-    pub fn reads_input(&self) -> bool {
+    /// True as long as the mesh, or a part of it, is still to be read from the user's files.
+    pub fn lies_in_input(&self) -> bool {
         match self {
             Reading::Facets(_) => true,
-            Reading::Unwelded(mesh) => matches!(mesh.v.source, Source::Named(_)),
-            _ => false,
+            Reading::Unwelded(mesh) | Reading::Done(mesh) => {
+                matches!(mesh.v.source, Source::Named(_))
+            }
+            Reading::Welding(..) => false,
         }
     }
 
