@@ -6,6 +6,7 @@
 //! cargo bench --bench build -- --only s32,rv32       some rows
 //! cargo bench --bench build -- --large               the rows of 256M and 1000M triangles too
 //! cargo bench --bench build -- --only s32 --triangles 2M   another size, not saved
+//! cargo bench --bench build -- --only kept-sphere-shuffle-g   resident memory in 1 GiB
 //! cargo bench --bench build -- --list                the rows and their bars
 //! cargo bench --bench build -- --quick               every mesh once, of 1M, not saved: for CI
 //! ```
@@ -17,7 +18,8 @@
 //! write the same manifest each time, for every budget. No time is asserted: a bar is met or
 //! missed on the page, and only a wrong answer or a crash fails the run.
 //!
-//! Results go to `benches/results/DATE-MACHINE/build.{md,json}` after every row, so a run that is
+//! Results go to `benches/results/DATE-MACHINE/build.{md,json}` (`memory.{md,json}` of the rows named
+//! `kept-` alone) after every row, so a run that is
 //! cut short keeps the rows that it has; a later run at the same commit adds to them. Another commit
 //! of the same day has a folder of its own, `DATE-MACHINE-2` and so on: none overwrites another's.
 //!
@@ -127,7 +129,10 @@ fn run(mut args: Args) -> Result<()> {
     eprintln!("figures of the machine");
     let figures = Figures::measure(dir.path(), usize::from(args.threads), probe)?;
     let judged = !args.quick && args.triangles.is_none();
-    let mut report = Report::new(figures, judged)?;
+    // Rows that hold memory alone are no news of speed: they leave the page of the others as it is.
+    let kept = cases.iter().all(|case| case.name.starts_with("kept-"));
+    let stem = if kept { "memory" } else { "build" };
+    let mut report = Report::new(figures, judged, stem)?;
     if !args.no_save {
         report.resume(args.out.as_deref())?;
     }

@@ -19,12 +19,15 @@ pub struct Report {
     judged: bool,
     rows: Vec<Row>,
     folder: PathBuf,
+    /// What its files are called.
+    stem: &'static str,
 }
 
 impl Report {
     /// A report without rows; bars are for rows of the size that they name, which `judged` says.
-    pub fn new(figures: Figures, judged: bool) -> Result<Report> {
+    pub fn new(figures: Figures, judged: bool, stem: &'static str) -> Result<Report> {
         Ok(Report {
+            stem,
             figures,
             date: date()?,
             commit: commit().unwrap_or("unknown".into()),
@@ -46,7 +49,7 @@ impl Report {
                 _ => dir.join(format!("{base}-{number}")),
             };
             self.folder = out.map_or(next, Path::to_owned);
-            let path = self.folder.join("build.json");
+            let path = self.folder.join(format!("{}.json", self.stem));
             let Ok(text) = fs::read(&path) else {
                 break;
             };
@@ -289,8 +292,8 @@ impl Report {
     /// Writes both forms to the folder that was settled on.
     pub fn save(&self) -> Result<()> {
         let json = format!("{:#}\n", self.json());
-        for (name, text) in [("build.md", self.markdown()), ("build.json", json)] {
-            let path = self.folder.join(name);
+        for (end, text) in [("md", self.markdown()), ("json", json)] {
+            let path = self.folder.join(format!("{}.{end}", self.stem));
             fs::create_dir_all(&self.folder).map_err(at(&self.folder))?;
             fs::write(&path, text).map_err(at(&path))?;
         }

@@ -8,12 +8,12 @@ use super::work::WorkArgs;
 use super::{Outcome, tell};
 use crate::build::{Builder, parent};
 use crate::codec::decode::decode;
-use crate::codec::file::Entry;
+use crate::codec::file::{Entry, Head};
 use crate::codec::packed::Packed;
 use crate::codec::part::{Part, decode_part};
 use crate::disk::{TempFolder, same_file};
 use crate::error::{Error, Result};
-use crate::export::{Bbox, ExportRequest, Format, Numbers, export_arrays};
+use crate::export::{Bbox, ExportRequest, Format, Numbers, export_arrays, files};
 use crate::folder::npy::DATA_START;
 use crate::folder::{Orient, fits_u4, not_replaceable};
 use clap::Args;
@@ -51,18 +51,13 @@ pub struct DecodeArgs {
 /// # Errors
 /// Those of [`decode`], of building, and of [`export`].
 pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
-    if !args.force && args.output.symlink_metadata().is_ok() {
-        return Err(Error::Usage(format!(
-            "{}: exists; give --force to replace it, or another name",
-            args.output.display()
-        )));
-    }
+    exists(args, &args.output)?;
     let ws = args.work.workspace(parent(&args.output))?;
     let packed = Packed::open(&ws.budget, &ws.io, &args.file)?;
     refuse(args, packed.head.coords > 0)?;
     // Said before anything is written.
     let chunks = chosen(args, &packed)?;
-    let arrays = arrays(args, &packed, chunks.as_deref())?;
+    foretold(args, &packed, chunks.as_deref())?;
     // Scratch files of the build lie in these too, so that they go with them whatever happens.
     let temps = ws.scratch.dirs().iter();
     let temps = temps.map(|dir| TempFolder::new(dir, "decode"));
@@ -79,10 +74,16 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
                     chunks: chunks.clone(),
                     component: component.as_ref().map(|c| c as _),
                 };
-                decode_part(&ws, &packed, &part, &v, &g)?
+                let count = decode_part(&ws, &packed, &part, &v, &g)?;
+                if count.triangles + count.vertices == 0 {
+                    return Err(nothing(args));
+                }
+                count
             }
         };
         let points = packed.head.coords > 0;
+        let shape = [count.triangles, count.vertices];
+        let arrays = held(args, &packed.head, shape, false)?;
         drop(packed);
         match Format::of(&args.output) {
             None => build(
@@ -112,16 +113,33 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
+/// What exists is not replaced unasked.
+fn exists(args: &DecodeArgs, output: &Path) -> Result<()> {
+    if args.force || output.symlink_metadata().is_err() {
+        return Ok(());
+    }
+    Err(Error::Usage(format!(
+        "{}: exists; give --force to replace it, or another name",
+        output.display()
+    )))
+}
+
 /// What cannot end well is refused before anything is decoded.
 fn refuse(args: &DecodeArgs, points: bool) -> Result<()> {
     let (output, format) = (&args.output, Format::of(&args.output));
     let there = output.symlink_metadata().is_ok();
+    for file in files(output, points) {
+        exists(args, &file)?;
+        if same_file(&args.file, &file) {
+            let why = "is the compressed file itself; give another name";
+            return Err(Error::Usage(format!("{}: {why}", file.display())));
+        }
+    }
     let why = match format {
         Some(format) if format != Format::Npy && !points => {
             "the file has no coordinates, so only a folder or npy can be written"
         }
         Some(_) if output.is_dir() => "is a folder, and a file is to be written; give another name",
-        _ if same_file(&args.file, output) => "is the compressed file itself; give another name",
         None if there => match not_replaceable(output)? {
             Some(why) => return Err(Error::Usage(format!("{} {why}", output.display()))),
             None => return Ok(()),
@@ -131,35 +149,41 @@ fn refuse(args: &DecodeArgs, points: bool) -> Result<()> {
     Err(Error::Usage(format!("{}: {why}", output.display())))
 }
 
-/// Bytes in scratch beside what a build takes there: the decoded arrays.
+/// Bytes in scratch beside what a build takes there: the decoded arrays of so many triangles and
+/// vertices.
 ///
 /// # Errors
 /// [`Error::DiskLimit`] when they alone pass the limit.
-fn arrays(args: &DecodeArgs, packed: &Packed, chunks: Option<&[usize]>) -> Result<u64> {
-    let entries = || {
-        let chosen = chunks.unwrap_or_default().iter();
-        chosen.map(|&chunk| &packed.entries[chunk])
-    };
-    let (t, n) = match chunks {
-        None => (packed.head.triangles, packed.head.vertices),
-        Some(_) => (
-            entries().map(Entry::all_triangles).sum(),
-            entries().map(|e| e.vertices).sum::<u64>(),
-        ),
-    };
+fn held(args: &DecodeArgs, head: &Head, [t, n]: [u64; 2], sorted: bool) -> Result<u64> {
     let id = if fits_u4(t, n) { 4 } else { 8 };
     let rows = |count: u64, bytes: u64| count.saturating_mul(bytes).saturating_add(DATA_START);
     let v = rows(t, 3 * id);
-    let g = rows(n, 3 * u64::from(packed.head.coords));
+    let g = rows(n, 3 * u64::from(head.coords));
     let decoded = v.saturating_add(g);
     // Sorted into the order of the folder, each row lies in scratch once more.
-    let sorted = packed.head.ordered == 1 && chunks.is_none();
     let need = decoded.saturating_mul(1 + u64::from(sorted));
     let limit = args.work.max_disk_bytes();
     if need > limit {
         return Err(Error::DiskLimit { need, limit });
     }
     Ok(decoded)
+}
+
+/// The same, of the chunks that are asked for; before they are decoded.
+fn foretold(args: &DecodeArgs, packed: &Packed, chunks: Option<&[usize]>) -> Result<()> {
+    let head = &packed.head;
+    let shape = match chunks {
+        None => [head.triangles, head.vertices],
+        // How much of a chunk is of a component is known when it was decoded.
+        Some(_) if args.component.is_some() => [0, 0],
+        Some(chunks) => {
+            let entries = || chunks.iter().map(|&chunk| &packed.entries[chunk]);
+            let vertices = entries().map(|e| e.vertices).sum();
+            [entries().map(Entry::all_triangles).sum(), vertices]
+        }
+    };
+    let sorted = head.ordered == 1 && chunks.is_none();
+    held(args, head, shape, sorted).map(|_| ())
 }
 
 /// The chunks that are asked for; `None` for all.
@@ -201,13 +225,18 @@ fn chosen(args: &DecodeArgs, packed: &Packed) -> Result<Option<Vec<usize>>> {
     };
     let chosen: Vec<usize> = (0..packed.entries.len()).filter(wanted).collect();
     if chosen.is_empty() {
-        return Err(Error::Usage(format!(
-            "{}: no chunk meets all that is asked for with --chunk, --bbox and --component, so there \
-             is nothing to decode; widen it",
-            args.file.display()
-        )));
+        return Err(nothing(args));
     }
     Ok(Some(chosen))
+}
+
+/// A part that is empty.
+fn nothing(args: &DecodeArgs) -> Error {
+    Error::Usage(format!(
+        "{}: nothing meets all that is asked for with --chunk, --bbox and --component, so there \
+         is nothing to decode; widen it",
+        args.file.display()
+    ))
 }
 
 /// Builds a folder from the arrays.

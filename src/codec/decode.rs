@@ -55,8 +55,8 @@ fn in_place(ws: &Workspace, packed: &Packed, rows: &Rows) -> Result<()> {
         first.push(sum);
         sum += entry.all_triangles();
     }
-    let few = workers(ws, packed, ws.budget.free())?;
     let most = most_bytes(packed);
+    let few = workers(ws, packed, ws.budget.free())?;
     ws.progress.begin("decode", "triangles", sum);
     few.run(
         packed.entries.len() as u64,
@@ -131,5 +131,6 @@ pub(super) fn bytes_of(entry: &Entry) -> u64 {
         bytes => bytes + 8 * (entry.all_triangles() + entry.vertices),
     };
     let coded = entry.bytes + entry.reference_bytes + numbers;
-    coded + sized + entry.references * 48 + MODEL_BYTES
+    // The components are looked at first, and given back.
+    entry.label_bytes.max(coded + sized + entry.references * 48) + MODEL_BYTES
 }

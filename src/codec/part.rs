@@ -46,14 +46,19 @@ pub fn decode_part(
     let sum = |of: fn(&Entry) -> u64| entries().map(of).sum::<u64>();
     let references = sum(|e| e.references);
     let most = entries().map(bytes_of).max().unwrap_or(0);
-    let labels = match part.component {
-        Some(_) => entries().map(|e| e.triangles + e.label_bytes).max(),
+    let marks = match part.component {
+        Some(_) => entries().map(|e| e.triangles).max(),
         None => None,
     };
-    let chunk = ws.budget.lease("a chunk", most + labels.unwrap_or(0))?;
     let table = 80 * references + 16 * part.chunks.len() as u64;
-    let what = "vertices of chunks that are not decoded";
-    let table = ws.budget.lease(what, table)?;
+    let held = most + marks.unwrap_or(0) + table;
+    if held > ws.budget.free() {
+        // Behind that, what is kept of chunks that are written in part: all of them, at most.
+        let partly = entries().filter(|e| e.label_bytes > 0).map(Entry::own);
+        let kept = marks.map_or(0, |_| 4 * partly.sum::<u64>());
+        ws.budget.check("a part of the chunks", held + kept)?;
+    }
+    let lease = ws.budget.lease("a part of the chunks", held)?;
     // More than that can only be as many as there are.
     let limit = [sum(Entry::all_triangles), sum(|e| e.vertices)];
     let mut writing = Writing {
@@ -63,7 +68,7 @@ pub fn decode_part(
         done: DecodeCount::default(),
         chunks: BTreeMap::new(),
         foreign: BTreeMap::new(),
-        leases: vec![chunk, table],
+        leases: vec![lease],
     };
     ws.progress.begin("decode", "triangles", limit[0]);
     for &chunk in &part.chunks {

@@ -14,6 +14,13 @@ use crate::error::{Error, Result};
 use crate::shuffle::{Buckets, Plan, Record, Shuffle, Sorter, Writer};
 use bytemuck::{Pod, Zeroable};
 
+/// Memory of the writers of one shuffle, at least.
+const LEAST_WRITERS: u64 = 128 << 10;
+/// What shuffles note of more than they expected, and buffers of rows on their way out.
+const SLACK: u64 = 1 << 20;
+/// Rows that are written at a time.
+const ROWS: usize = 1 << 13;
+
 /// A row of three words and its number.
 trait Row: Record {
     fn new(number: u64, words: [u64; 3]) -> Self;
@@ -76,15 +83,20 @@ pub(super) fn reorder(ws: &Workspace, packed: &Packed, rows: &Rows) -> Result<()
 
 fn reorder_as<V: Row, G: Row>(ws: &Workspace, packed: &Packed, rows: &Rows) -> Result<()> {
     let head = &packed.head;
+    let most = most_bytes(packed);
     let free = ws.budget.free();
-    let writers = (free / 8).clamp(128 << 10, 32 << 20);
-    let few = workers(ws, packed, free.saturating_sub(2 * writers))?;
+    if most + 2 * LEAST_WRITERS + SLACK > free {
+        let what = "decoding into the order of the folder";
+        ws.budget.check(what, most + 2 * LEAST_WRITERS + SLACK)?;
+    }
+    let spare = (free - SLACK - most) / 2;
+    let writers = (free / 8).min(spare).clamp(LEAST_WRITERS, 32 << 20);
+    let few = workers(ws, packed, free - SLACK - 2 * writers)?;
     let plan = |record, count| Plan::within(writers, few.count(), record, count, writers);
     let plan_v = plan(size_of::<V>(), head.triangles);
     let plan_g = plan(size_of::<G>(), head.vertices);
     let triangles = Shuffle::<V>::new(ws, "triangles in order", 0..head.triangles.max(1), plan_v)?;
     let points = Shuffle::<G>::new(ws, "vertices in order", 0..head.vertices.max(1), plan_g)?;
-    let most = most_bytes(packed);
     ws.progress.begin("decode", "triangles", head.triangles);
     few.run(
         packed.entries.len() as u64,
@@ -192,14 +204,16 @@ fn in_order<R: Row>(
             let range = rows.range(bucket);
             let mut next = range.start;
             rows.sorted(bucket, sorter, &mut |found| {
-                let first = next;
-                for row in found {
-                    if row.key(0) != next {
-                        return Err(wrong(next.min(row.key(0))));
+                found.chunks(ROWS).try_for_each(|found| {
+                    let first = next;
+                    for row in found {
+                        if row.key(0) != next {
+                            return Err(wrong(next.min(row.key(0))));
+                        }
+                        next += 1;
                     }
-                    next += 1;
-                }
-                write(first, found)
+                    write(first, found)
+                })
             })?;
             match next < range.end.min(count) {
                 true => Err(wrong(next)),

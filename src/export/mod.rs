@@ -86,6 +86,15 @@ impl Format {
     }
 }
 
+/// The files that an export to this name writes.
+pub fn files(target: &Path, points: bool) -> Vec<PathBuf> {
+    let mut files = vec![target.to_owned()];
+    if points && Format::of(target) == Some(Format::Npy) {
+        files.push(npy::path_of_g(target));
+    }
+    files
+}
+
 /// What to export, and where to.
 ///
 /// A selection chooses whole components. Degenerate triangles belong to none: a selection leaves

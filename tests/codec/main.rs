@@ -261,6 +261,13 @@ fn the_commands_go_there_and_back() {
         ])
         .expect(0);
     }
+    // Beside NAME.npy its coordinates are written, which must be neither there nor the input.
+    std::fs::copy(&file, case.path("own.G.npy")).unwrap();
+    let own = [&path("own.G.npy"), "-o", &path("own.npy"), "-q"];
+    let refused = cornermill(["decode"].iter().chain(&own)).expect(2);
+    assert!(refused.stderr.contains("exists"), "{}", refused.stderr);
+    let refused = cornermill(["decode", "--force"].iter().chain(&own)).expect(2);
+    assert!(refused.stderr.contains("itself"), "{}", refused.stderr);
     let leftovers = std::fs::read_dir(case.dir.path()).unwrap();
     let hidden = |f: &std::fs::DirEntry| f.file_name().to_string_lossy().starts_with('.');
     assert_eq!(leftovers.filter(|f| hidden(f.as_ref().unwrap())).count(), 0);

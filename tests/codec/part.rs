@@ -4,8 +4,11 @@ use super::common::npy::Npy;
 use super::common::run::cornermill;
 use super::common::{bench, surfaces};
 use super::{Case, canonical, rows, told_apart, triangles, workspace};
+use cornermill::Error;
 use cornermill::build::IndexChoice;
 use cornermill::codec::Level;
+use cornermill::codec::decode::decode;
+use cornermill::codec::encode::{EncodeRequest, encode};
 use cornermill::codec::grid::Precision;
 use cornermill::codec::packed::Packed;
 use cornermill::codec::part::{Part, decode_part};
@@ -122,6 +125,82 @@ fn components_come_alone() {
     }
 }
 
+/// A component whose number lies in the range of a chunk that has none of it.
+#[test]
+fn a_part_that_is_empty_is_refused() {
+    let mesh = told_apart(bench::mixture(6));
+    let case = Case::new(&mesh, IndexChoice::Auto);
+    case.encode(
+        "m.cmz",
+        (Precision::Bits(12), Level::Fast, 60),
+        (64 << 20, 2),
+    );
+    let ws = workspace(case.dir.path(), 64 << 20, 1);
+    let packed = Packed::open(&ws.budget, &ws.io, &case.path("m.cmz")).unwrap();
+    let path = |name: &str| case.path(name).display().to_string();
+    let mut empty = 0;
+    for (chunk, entry) in packed.entries.iter().enumerate() {
+        for component in entry.components().take(6) {
+            let [chunk, component] = [chunk.to_string(), component.to_string()];
+            let args = [
+                "decode",
+                &path("m.cmz"),
+                "-o",
+                &path("p.npy"),
+                "--force",
+                "-q",
+            ];
+            let more = ["--chunk", &chunk, "--component", &component];
+            let ran = cornermill(args.iter().chain(&more));
+            if ran.code == 2 {
+                assert!(ran.stderr.contains("nothing meets"), "{}", ran.stderr);
+                empty += 1;
+            } else {
+                ran.expect(0);
+                assert!(!triangles(&case.path("p.npy")).is_empty());
+            }
+        }
+    }
+    assert!(empty > 0, "every component was there");
+}
+
+/// Refused in little; in what that names it is decoded.
+#[test]
+fn the_least_budget_that_a_decoder_names_suffices() {
+    let mesh = bench::shuffled(&told_apart(bench::mixture(30)));
+    let case = Case::new(&mesh, IndexChoice::Auto);
+    for (keep_order, most) in [(true, 500), (true, 1 << 20), (false, 500), (false, 1 << 20)] {
+        let ws = workspace(case.dir.path(), 64 << 20, 2);
+        let mut request = EncodeRequest::new(case.path("m.cmz"), Precision::Exact);
+        (request.most, request.force, request.keep_order) = (most, true, keep_order);
+        let folder = Folder::open(&case.folder, &ws.io).unwrap();
+        encode(&ws, &folder, &request).unwrap();
+        let decoded = |memory, threads, component: bool| {
+            let ws = workspace(case.dir.path(), memory, threads);
+            let (v, g) = (case.path("back.V.npy"), case.path("back.G.npy"));
+            [&v, &g].iter().for_each(|f| _ = std::fs::remove_file(f));
+            let packed = Packed::open(&ws.budget, &ws.io, &case.path("m.cmz"))?;
+            if !component {
+                return decode(&ws, &packed, &v, &g);
+            }
+            let odd = |range: std::ops::Range<u64>| range.end.is_multiple_of(2);
+            let part = Part {
+                chunks: (0..packed.entries.len()).collect(),
+                component: Some(&odd),
+            };
+            decode_part(&ws, &packed, &part, &v, &g)
+        };
+        for (threads, component) in [(1, false), (2, false), (1, true)] {
+            let how = format!("order {keep_order}, {most} a chunk, {threads} threads, {component}");
+            let need = match decoded(1 << 20, threads, component) {
+                Err(Error::Budget { need, .. }) => need,
+                other => panic!("{how}: {other:?}"),
+            };
+            decoded(need, threads, component).unwrap_or_else(|e| panic!("{how}: {e}"));
+        }
+    }
+}
+
 #[test]
 fn the_command_takes_chunks_boxes_and_components() {
     let case = Case::new(&told_apart(surfaces::torus(20, 30)), IndexChoice::Auto);
@@ -156,6 +235,8 @@ fn the_command_takes_chunks_boxes_and_components() {
         "{}",
         refused.stderr
     );
+    let refused = decode(&["--component", "0", "--max-disk", "8KiB"], 4);
+    assert!(refused.stderr.contains("disk"), "{}", refused.stderr);
     let refused = decode(&["--chunk", "9999"], 2);
     assert!(refused.stderr.contains("9999"), "{}", refused.stderr);
 }
