@@ -5,6 +5,7 @@
 use clap::Parser;
 use std::collections::BTreeSet;
 use std::fs;
+use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
@@ -418,6 +419,13 @@ fn scratch_elsewhere_is_found_again_and_nothing_of_others_is_touched() {
 
 #[test]
 fn what_changed_is_refused_and_named() {
+    // At the first state, and at the third, which is read back in the midst of the passes.
+    for states in [1, 3] {
+        what_changed_behind(states);
+    }
+}
+
+fn what_changed_behind(states: usize) {
     let dir = tempfile::tempdir().expect("a folder");
     let dir = dir.path();
     make(dir, "sphere -t 200k --order shuffle", "m.ply");
@@ -426,7 +434,17 @@ fn what_changed_is_refused_and_named() {
         .spawn()
         .expect("a build");
     let mut child = child;
-    while !state.is_file() && child.try_wait().expect("a child").is_none() {}
+    // The beginning alone, which names the step: whole states take long to read.
+    let step = || {
+        let mut text = [0; 40];
+        let read = fs::File::open(&state).and_then(|mut file| file.read_exact(&mut text));
+        read.is_ok().then_some(text)
+    };
+    let mut seen = Vec::new();
+    while seen.len() < states && child.try_wait().expect("a child").is_none() {
+        seen.extend(step().filter(|text| !seen.contains(text)));
+    }
+    assert_eq!(seen.len(), states, "states were written down");
     child.kill().expect("a child");
     child.wait().expect("a child");
     assert!(state.is_file());
@@ -445,17 +463,20 @@ fn what_changed_is_refused_and_named() {
         2,
         "--orient was outward, and is keep",
     );
-    // A scratch file that is shorter than it was.
+    // Scratch files that are shorter than they were.
     let scratch = fs::read_dir(dir.join(".m.ct.partial/scratch")).expect("a folder");
-    let mut files: Vec<_> = scratch.map(|e| e.expect("an entry").path()).collect();
-    files.sort();
-    let bytes = fs::read(&files[0]).expect("a file");
-    fs::write(&files[0], &bytes[1..]).expect("a file");
+    let files: Vec<_> = scratch.map(|e| e.expect("an entry").path()).collect();
+    let whole: Vec<_> = files.iter().map(|f| fs::read(f).expect("a file")).collect();
+    for (file, bytes) in files.iter().zip(&whole) {
+        fs::write(file, bytes.get(1..).unwrap_or_default()).expect("a file");
+    }
     refused(&["--resume"], 3, "bytes that the journal knows");
-    fs::write(&files[0], &bytes).expect("a file");
+    for (file, bytes) in files.iter().zip(&whole) {
+        fs::write(file, bytes).expect("a file");
+    }
     let mut mesh = fs::read(dir.join("m.ply")).expect("a mesh");
     *mesh.last_mut().expect("a byte") ^= 1;
-    fs::write(dir.join("m.ply"), mesh).expect("a mesh");
+    fs::write(dir.join("m.ply"), &mesh).expect("a mesh");
     refused(&["--resume"], 2, "the input");
 }
 

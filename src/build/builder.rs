@@ -14,6 +14,7 @@ use crate::folder::{self, Orient};
 use crate::input::{CoordKind, Endian, Format, IndexKind, Request};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 /// Work at stake that is worth being written down.
@@ -258,6 +259,7 @@ impl Builder {
         );
         let inputs = Inputs::new(&files, &ws.io)?;
         let steps = Steps::new(staging.state(), self.identity(&inputs), every);
+        let unread = steps.unread();
         let mut clock = Clock::new(&ws, steps);
         let left = match self.resume {
             true => clock.take_up(staging.path())?,
@@ -267,6 +269,7 @@ impl Builder {
         let built = self.passes(clock, left, &inputs, &mut staging);
         if let Err(Error::Usage(_) | Error::Input(_) | Error::Budget { .. } | Error::Internal(_)) =
             &built
+            && !unread.load(Ordering::Relaxed)
         {
             // It would end like this again.
             let _ = fs::remove_file(state);

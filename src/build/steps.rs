@@ -27,6 +27,8 @@ use crate::input::{CoordKind, Mesh};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// The step behind which the mesh is open and G in its place.
@@ -67,6 +69,7 @@ pub struct Steps {
     left: Option<(String, Reader)>,
     /// What is written down names rows of the folder, which must stay as they are.
     names_rows: bool,
+    unread: Arc<AtomicBool>,
 }
 
 impl Steps {
@@ -80,7 +83,14 @@ impl Steps {
             took: Duration::ZERO,
             left: None,
             names_rows: false,
+            unread: Arc::default(),
         }
+    }
+
+    /// Is set when a result could not be read back: what a build that was stopped left is another's
+    /// to mend, and stays.
+    pub fn unread(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.unread)
     }
 
     /// Reads what a build that was stopped left, if it left anything: the opened mesh, unless it was
@@ -135,10 +145,13 @@ impl Steps {
     pub fn restored<T: Keep>(&mut self, step: &str) -> Result<Option<T>> {
         match self.left.take() {
             Some((left, mut reader)) if left == step => {
-                let result = T::restore(&mut reader)?;
-                reader.finish()?;
+                let result = T::restore(&mut reader).and_then(|result| {
+                    reader.finish()?;
+                    Ok(result)
+                });
+                self.unread.store(result.is_err(), Ordering::Relaxed);
                 self.since = Instant::now();
-                Ok(Some(result))
+                result.map(Some)
             }
             other => {
                 self.left = other;
