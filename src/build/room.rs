@@ -96,16 +96,9 @@ fn check(certain: Certain, place: Place, dir: &Path) -> Result<()> {
     if certain.output > target.free {
         return Err(full(dir, "the mesh folder", certain.output, target.free));
     }
-    let mut rooms = vec![target];
-    for dir in dirs {
-        let Some(room) = space::room(dir) else {
-            return Ok(());
-        };
-        if rooms.iter().all(|r| r.device != room.device) {
-            rooms.push(room);
-        }
-    }
-    let free = rooms.iter().fold(0u64, |sum, r| sum.saturating_add(r.free));
+    let Some(free) = free(&mut vec![target], dirs) else {
+        return Ok(());
+    };
     let need = certain.output.saturating_add(certain.scratch);
     if need > free {
         let what = "the mesh folder and scratch files";
@@ -117,17 +110,20 @@ fn check(certain: Certain, place: Place, dir: &Path) -> Result<()> {
 
 /// Bytes of scratch that there is room for now, as far as the system tells.
 pub fn room_for(scratch: &Scratch) -> u64 {
-    let mut rooms: Vec<space::Room> = Vec::new();
-    for dir in scratch.dirs() {
-        let Some(room) = space::room(dir) else {
-            return scratch.limit();
-        };
+    let free = free(&mut Vec::new(), scratch.dirs());
+    free.map_or(scratch.limit(), |free| free.min(scratch.limit()))
+}
+
+/// Bytes that are free in these rooms and in those of the folders, each device once; `None` where
+/// the system does not tell.
+fn free(rooms: &mut Vec<space::Room>, dirs: &[PathBuf]) -> Option<u64> {
+    for dir in dirs {
+        let room = space::room(dir)?;
         if rooms.iter().all(|r| r.device != room.device) {
             rooms.push(room);
         }
     }
-    let free = rooms.iter().fold(0u64, |sum, r| sum.saturating_add(r.free));
-    free.min(scratch.limit())
+    Some(rooms.iter().fold(0, |sum, r| sum.saturating_add(r.free)))
 }
 
 /// Says so when more scratch is expected than there is room for. That is no refusal: what is

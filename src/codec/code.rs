@@ -129,10 +129,12 @@ impl<W: Index> Job<'_, W> {
         Ok(())
     }
 
-    /// The components of the chunk's triangles with these corners, in their order.
-    fn labels(&self, thread: &mut Thread<W>, corners: &[u32]) -> Result<Vec<u64>> {
+    /// Codes the components of the chunk's triangles with these corners, in their order.
+    fn label(&self, thread: &mut Thread<W>, corners: &[u32], entry: &mut Entry) -> Result<Vec<u8>> {
         let Some((_, file)) = self.labels else {
-            return Ok(vec![0; corners.len()]);
+            // All that there are have the same.
+            entry.end_component = u64::from(!corners.is_empty());
+            return Ok(Vec::new());
         };
         let named = |r: &&Dealt<W>| r.vertices()[1] != W::NONE;
         // Triangles lie ahead of loose vertices, in the order of their numbers.
@@ -150,7 +152,8 @@ impl<W: Index> Job<'_, W> {
                 "the folder is damaged; `cornermill verify` says how; build it again",
             )),
         };
-        corners.iter().map(label).collect()
+        let labels = corners.iter().map(label).collect::<Result<Vec<_>>>()?;
+        Ok(code_labels(entry, &labels))
     }
 
     /// Codes a chunk.
@@ -198,8 +201,7 @@ impl<W: Index> Job<'_, W> {
             bytes.extend(numbers);
         }
         let surface = &coded.corners[..coded.extent.triangles];
-        let labels = self.labels(thread, surface)?;
-        bytes.extend(label(&mut entry, &labels));
+        bytes.extend(self.label(thread, surface, &mut entry)?);
         let at = self.bodies.append(&bytes)?;
         let mut done = self.done.lock().unwrap_or_else(|e| e.into_inner());
         done[chunk as usize] = (entry, at);
@@ -208,7 +210,7 @@ impl<W: Index> Job<'_, W> {
 }
 
 /// Codes the components of a chunk's triangles; no bytes when all have the same.
-fn label(entry: &mut Entry, labels: &[u64]) -> Vec<u8> {
+fn code_labels(entry: &mut Entry, labels: &[u64]) -> Vec<u8> {
     let [first, end] = match (labels.iter().min(), labels.iter().max()) {
         (Some(first), Some(last)) => [*first, last + 1],
         _ => [0; 2],

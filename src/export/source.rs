@@ -86,7 +86,9 @@ fn rows(path: &Path, io: &Arc<Counters>) -> Result<(DataFile, String, u64)> {
     let file = DataFile::open(path, io)?;
     let header = npy::Header::read(&file)?;
     match header.shape[..] {
-        [n, 3] if header.data_start == npy::DATA_START => Ok((file, header.descr, n)),
+        [n, 3] if header.data_start == npy::DATA_START && !header.fortran => {
+            Ok((file, header.descr, n))
+        }
         _ => Err(other(&file, "rows of three", &format!("{header:?}"))),
     }
 }
