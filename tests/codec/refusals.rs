@@ -40,45 +40,77 @@ fn small() -> (Case, Vec<u8>) {
     (case, bytes)
 }
 
-/// A file that keeps an order, in which a chunk has the numbers of another; its sums are right.
-pub fn with_numbers_twice(file: &[u8]) -> Vec<u8> {
-    const ENTRY: usize = size_of::<Entry>();
-    let word = |bytes: &[u8], at: usize| {
-        u64::from_le_bytes(*bytes[at..].first_chunk().expect("eight bytes"))
-    };
+/// The entries of a file.
+fn entries(file: &[u8]) -> Vec<Entry> {
     let tail = file.len() - 32;
-    let index_at = word(file, tail) as usize;
-    let entries: Vec<Entry> = file[index_at..tail]
-        .chunks_exact(ENTRY)
+    let index_at = u64::from_le_bytes(*file[tail..].first_chunk().expect("eight bytes"));
+    file[index_at as usize..tail]
+        .chunks_exact(size_of::<Entry>())
         .map(bytemuck::pod_read_unaligned)
-        .collect();
-    let numbers = |e: &Entry| {
-        let at = (e.at + e.bytes + e.reference_bytes) as usize;
-        file[at..at + e.number_bytes as usize].to_vec()
-    };
-    let size = |e: &Entry| (e.all_triangles(), e.vertices);
-    let pairs = (0..entries.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
-    let mut same = pairs.filter(|&(i, j)| size(&entries[i]) == size(&entries[j]));
-    let (i, j) = same.next().expect("two chunks of one size");
+        .collect()
+}
+
+/// The numbers and the components of a chunk.
+fn kept(file: &[u8], entry: &Entry) -> [Vec<u8>; 2] {
+    let numbers = (entry.at + entry.bytes + entry.reference_bytes) as usize;
+    let labels = numbers + entry.number_bytes as usize;
+    let end = labels + entry.label_bytes as usize;
+    [numbers..labels, labels..end].map(|part| file[part].to_vec())
+}
+
+/// The file with other numbers or components of its chunks; its sums are right.
+fn rebuilt(file: &[u8], change: impl Fn(usize, [Vec<u8>; 2]) -> [Vec<u8>; 2]) -> Vec<u8> {
     let mut out = file[..72].to_vec();
     let mut index = Vec::new();
-    for (at, mut entry) in entries.iter().copied().enumerate() {
-        let whole = &file[entry.at as usize..];
-        let coded = &whole[..(entry.bytes + entry.reference_bytes) as usize];
-        let labels = &whole[coded.len() + entry.number_bytes as usize..];
-        let kept = numbers(if at == i { &entries[j] } else { &entries[at] });
-        let body = [coded, &kept].concat();
-        (entry.at, entry.number_bytes) = (out.len() as u64, kept.len() as u64);
-        entry.sum = xxh3_64(&body);
+    for (chunk, mut entry) in entries(file).into_iter().enumerate() {
+        let coded = &file[entry.at as usize..][..(entry.bytes + entry.reference_bytes) as usize];
+        let [numbers, labels] = change(chunk, kept(file, &entry));
+        let body = [coded, &numbers].concat();
+        entry.at = out.len() as u64;
+        (entry.number_bytes, entry.label_bytes) = (numbers.len() as u64, labels.len() as u64);
+        (entry.sum, entry.label_sum) = (xxh3_64(&body), xxh3_64(&labels));
         out.extend(body);
-        out.extend(&labels[..entry.label_bytes as usize]);
+        out.extend(labels);
         index.extend(bytemuck::bytes_of(&entry));
     }
-    let tail = [out.len() as u64, entries.len() as u64, xxh3_64(&index)];
+    let chunks = (index.len() / size_of::<Entry>()) as u64;
+    let tail = [out.len() as u64, chunks, xxh3_64(&index)];
     out.extend(index);
     out.extend(tail.iter().flat_map(|w| w.to_le_bytes()));
     out.extend(b"CMZ end\n");
     out
+}
+
+/// A file that keeps an order, in which a chunk has the numbers of another.
+pub fn with_numbers_twice(file: &[u8]) -> Vec<u8> {
+    let entries = entries(file);
+    let size = |e: &Entry| (e.all_triangles(), e.vertices);
+    let pairs = (0..entries.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let mut same = pairs.filter(|&(i, j)| size(&entries[i]) == size(&entries[j]));
+    let (i, j) = same.next().expect("two chunks of one size");
+    rebuilt(file, |chunk, [numbers, labels]| match chunk == i {
+        true => [kept(file, &entries[j])[0].clone(), labels],
+        false => [numbers, labels],
+    })
+}
+
+/// What is read of a chunk is drawn from the budget, though nobody asked for it.
+#[test]
+fn components_of_a_chunk_are_within_the_budget() {
+    let (case, bytes) = small();
+    let many = entries(&bytes).iter().position(|e| e.label_bytes > 0);
+    let many = many.expect("a chunk of several components");
+    let long = rebuilt(&bytes, |chunk, [numbers, mut labels]| {
+        let more = usize::from(chunk == many) * (40 << 20);
+        labels.resize(labels.len() + more, 0);
+        [numbers, labels]
+    });
+    assert!(long.len() > 40 << 20);
+    // In 32 MiB.
+    match opened(&case, &long) {
+        Err(Error::Budget { need, .. }) => assert!(need > 40 << 20, "{need}"),
+        other => panic!("{other:?}"),
+    }
 }
 
 fn is_refused(case: &Case, bytes: &[u8], how: &str) {
