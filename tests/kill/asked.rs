@@ -1,6 +1,6 @@
 //! Commands that are asked to stop, and what the dead leave for the next run.
 
-use super::{PROGRAM, build, make, names, same, signal, wait_for};
+use super::{PROGRAM, build, make, names, same, stopped};
 use std::fs;
 use std::process::{Command, Stdio};
 
@@ -15,15 +15,13 @@ fn builds_stop_when_asked_and_say_how_to_go_on() {
     assert!(whole.status.success());
     let state = dir.join(".m.ct.partial/state");
     for (name, code) in [("-INT", 130), ("-TERM", 143)] {
-        let mut child = build(dir, "m.ct", &["m.ply"], &[])
-            .spawn()
-            .expect("a build");
-        assert!(
-            wait_for(&mut child, || state.is_file()),
-            "ended before it was asked to"
-        );
-        signal(&child, name);
-        let done = child.wait_with_output().expect("a child");
+        let start = || {
+            build(dir, "m.ct", &["m.ply"], &[])
+                .spawn()
+                .expect("a build")
+        };
+        let clear = || fs::remove_dir_all(dir.join("m.ct")).expect("a folder");
+        let done = stopped(start, || state.is_file(), name, clear);
         let text = String::from_utf8_lossy(&done.stderr);
         assert_eq!(done.status.code(), Some(code), "{text}");
         assert!(
@@ -63,21 +61,14 @@ fn other_commands_leave_nothing_and_the_next_takes_what_the_dead_left() {
             .iter()
             .any(|name| name.starts_with(".cornermill-"))
     };
+    let start = || encode().spawn().expect("encode runs");
+    let clear = || fs::remove_file(dir.join("m.cmz")).expect("a file");
     for (name, code) in [("-INT", 130), ("-TERM", 143)] {
-        let mut child = encode().spawn().expect("encode runs");
-        assert!(
-            wait_for(&mut child, at_work),
-            "ended before it was asked to"
-        );
-        signal(&child, name);
-        let done = child.wait_with_output().expect("a child");
+        let done = stopped(start, at_work, name, clear);
         assert_eq!(done.status.code(), Some(code), "{done:?}");
         assert_eq!(names(dir), before);
     }
-    let mut child = encode().spawn().expect("encode runs");
-    assert!(wait_for(&mut child, at_work), "ended before it was killed");
-    child.kill().expect("a child");
-    child.wait().expect("a child");
+    stopped(start, at_work, "-KILL", clear);
     assert!(at_work(), "nothing is left to find");
     assert!(encode().output().expect("encode runs").status.success());
     assert!(!at_work(), "{:?}", names(dir));

@@ -9,7 +9,7 @@ use clap::Parser;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_cornermill");
 
@@ -268,12 +268,13 @@ fn killed_while_rows_are_changed_it_is_the_same() {
     make(dir, "sphere -t 300k --flip 0.3", "m.npy");
     let args = ["m.npy", "--positions", "m.G.npy", "--strategy", "memory"];
     let start = |out: &str, more: &[&str]| build(dir, out, &args, more).spawn().expect("a build");
+    let clear = |out: &str| fs::remove_dir_all(dir.join(out)).expect("a folder");
     let decided = |out: &str| {
         step_of(&dir.join(format!(".{out}.partial"))).is_some_and(|step| step == "decisions")
     };
     // How much is written from there to the end.
-    let mut child = start("whole.ct", &[]);
-    assert!(wait_for(&mut child, || decided("whole.ct")));
+    let begin = |out: &str| caught(|| start(out, &[]), || decided(out), || clear(out));
+    let mut child = begin("whole.ct");
     let from = written(&child).unwrap_or(0);
     let mut end = from;
     while child.try_wait().expect("a child").is_none() {
@@ -281,8 +282,7 @@ fn killed_while_rows_are_changed_it_is_the_same() {
     }
     let mut resumed = 0;
     for point in 0..8 {
-        let mut child = start("m.ct", &[]);
-        assert!(wait_for(&mut child, || decided("m.ct")));
+        let child = begin("m.ct");
         let now = written(&child).unwrap_or(0);
         kill_at(child, now + (end - from) * point / 8);
         if !dir.join("m.ct").exists() {
@@ -298,7 +298,7 @@ fn killed_while_rows_are_changed_it_is_the_same() {
             assert!(done.status.success(), "point {point}: {done:?}");
         }
         same(dir, "whole.ct", "m.ct");
-        fs::remove_dir_all(dir.join("m.ct")).expect("a folder");
+        clear("m.ct");
         let _ = fs::remove_dir_all(dir.join(".m.ct.partial"));
     }
     assert!(resumed >= 3, "{resumed} of 8 behind the decisions");
@@ -345,7 +345,7 @@ fn a_folder_that_is_replaced_is_the_old_one_or_the_new() {
 }
 
 /// Waits until something of the process is there; false when it ended before.
-fn wait_for(child: &mut Child, there: impl Fn() -> bool) -> bool {
+fn wait_for(child: &mut Child, mut there: impl FnMut() -> bool) -> bool {
     while child.try_wait().expect("a child").is_none() {
         if there() {
             return true;
@@ -353,6 +353,43 @@ fn wait_for(child: &mut Child, there: impl Fn() -> bool) -> bool {
         std::thread::yield_now();
     }
     false
+}
+
+/// A process of which something is seen. One that ends before, as happens on a busy machine, is
+/// cleared away and begun anew.
+fn caught(start: impl Fn() -> Child, mut there: impl FnMut() -> bool, clear: impl Fn()) -> Child {
+    for _ in 0..50 {
+        let mut child = start();
+        if wait_for(&mut child, &mut there) {
+            return child;
+        }
+        assert!(child.wait().expect("a child").success());
+        clear();
+    }
+    panic!("ended before it was seen, fifty times");
+}
+
+/// Sends a signal to a process of which something is seen, and returns how it ended of that.
+fn stopped(
+    start: impl Fn() -> Child,
+    mut there: impl FnMut() -> bool,
+    name: &str,
+    clear: impl Fn(),
+) -> Output {
+    for _ in 0..50 {
+        let mut child = caught(&start, &mut there, &clear);
+        if name == "-KILL" {
+            child.kill().expect("a child");
+        } else {
+            signal(&child, name);
+        }
+        let done = child.wait_with_output().expect("a child");
+        if !done.status.success() {
+            return done;
+        }
+        clear();
+    }
+    panic!("ended before it was stopped, fifty times");
 }
 
 fn signal(child: &Child, name: &str) {

@@ -1,7 +1,8 @@
 //! What is not gone on with: builds of other inputs or options, with damaged or foreign scratch, or of
 //! a target that another process builds.
 
-use super::{PROGRAM, build, make, names, same, wait_for};
+use super::{PROGRAM, build, build_kept, make, names, same, stopped, wait_for};
+use std::cell::RefCell;
 use std::fs;
 use std::io::Read;
 use std::process::{Command, Stdio};
@@ -20,13 +21,14 @@ fn scratch_elsewhere_is_found_again_and_nothing_of_others_is_touched() {
     }
     fs::write(dir.join("precious/data"), "mine").expect("a file");
     let state = dir.join(".m.ct.partial/state");
+    let clear = || fs::remove_dir_all(dir.join("m.ct")).expect("a folder");
     let stop = |tmp: &str| {
-        let mut child = build(dir, "m.ct", &["m.ply"], &["--tmp", tmp, "--tmp", tmp])
-            .spawn()
-            .expect("a build");
-        assert!(wait_for(&mut child, || state.is_file()), "ended too soon");
-        child.kill().expect("a child");
-        child.wait().expect("a child");
+        let start = || {
+            build(dir, "m.ct", &["m.ply"], &["--tmp", tmp, "--tmp", tmp])
+                .spawn()
+                .expect("a build")
+        };
+        stopped(start, || state.is_file(), "-KILL", clear);
         assert_eq!(names(&dir.join(tmp)).len(), 1);
     };
     let run = |args: &[&str], code: i32, part: &str| {
@@ -94,23 +96,29 @@ fn what_changed_behind(states: usize) {
     let dir = dir.path();
     make(dir, "sphere -t 200k --order shuffle", "m.ply");
     let state = dir.join(".m.ct.partial/state");
-    let child = build(dir, "m.ct", &["m.ply"], &[])
-        .spawn()
-        .expect("a build");
-    let mut child = child;
     // The beginning alone, which names the step: whole states take long to read.
     let step = || {
         let mut text = [0; 40];
         let read = fs::File::open(&state).and_then(|mut file| file.read_exact(&mut text));
         read.is_ok().then_some(text)
     };
-    let mut seen = Vec::new();
-    while seen.len() < states && child.try_wait().expect("a child").is_none() {
-        seen.extend(step().filter(|text| !seen.contains(text)));
-    }
-    assert_eq!(seen.len(), states, "states were written down");
-    child.kill().expect("a child");
-    child.wait().expect("a child");
+    // Written down behind every pass, so that there are a dozen and more.
+    let start = || {
+        build_kept(dir, "m.ct", "0", &["m.ply"])
+            .spawn()
+            .expect("a build")
+    };
+    let seen = RefCell::new(Vec::new());
+    let there = || {
+        let mut seen = seen.borrow_mut();
+        let new = step().filter(|text| !seen.contains(text));
+        seen.extend(new);
+        seen.len() == states
+    };
+    stopped(start, there, "-KILL", || {
+        seen.borrow_mut().clear();
+        fs::remove_dir_all(dir.join("m.ct")).expect("a folder");
+    });
     assert!(state.is_file());
     let refused = |args: &[&str], code: i32, part: &str| {
         let done = build(dir, "m.ct", &["m.ply"], args)
