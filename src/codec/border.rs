@@ -33,6 +33,8 @@ pub struct Edge {
     pub corner: u32,
     /// Changes whenever the edge or its successor does; 0 when the edge is gone.
     pub stamp: u32,
+    /// How far the border bends in at its end, as of when it was listed last; the walk's.
+    pub gap: u8,
     /// False when nothing lies across: a border of the mesh, or of the chunk.
     pub open: bool,
     /// True when it is known that the triangle across is not the one across the next edge.
@@ -82,6 +84,7 @@ impl Border {
             far: apex,
             corner,
             stamp: self.stamp(),
+            gap: 0,
             open: true,
             not_right: false,
             not_left: false,

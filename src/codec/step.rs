@@ -18,7 +18,8 @@ use super::{Damaged, NONE};
 const NEAR: i64 = 128;
 
 impl<M: Model> Walk<M> {
-    /// The triangle that closes b: its tip is the next vertex of the border.
+    /// The triangle that closes b: its tip is the next vertex of the border. Looking for edges that
+    /// come to lie against each other ([`Walk::zips`]), and listing, is left to the caller.
     pub(super) fn ear_right(
         &mut self,
         e: u32,
@@ -33,11 +34,11 @@ impl<M: Model> Walk<M> {
         self.border.remove(n);
         self.border.join(e, after);
         self.renew(e, a, b, next(x), truth);
-        self.zips(e, truth, coder);
         Ok(())
     }
 
-    /// The triangle that closes a: its tip is the vertex of the border before.
+    /// The triangle that closes a: its tip is the vertex of the border before. The rest is left to
+    /// the caller, too.
     pub(super) fn ear_left(
         &mut self,
         e: u32,
@@ -52,7 +53,6 @@ impl<M: Model> Walk<M> {
         self.border.remove(p);
         self.border.join(before, e);
         self.renew(e, z, a, prev(x), truth);
-        self.zips(e, truth, coder);
         Ok(())
     }
 
@@ -68,15 +68,19 @@ impl<M: Model> Walk<M> {
         truth.faces(corner, e);
     }
 
-    /// After an ear: the edge may have come to lie against one beside it; else it is listed.
-    fn zips(&mut self, e: u32, truth: &mut impl Truth, coder: &mut impl Coder) {
+    /// After an ear: the edge may have come to lie against one beside it. False when it has not.
+    pub(super) fn zips(&mut self, e: u32, truth: &mut impl Truth, coder: &mut impl Coder) -> bool {
         let p = self.border[e].prev;
         let two = self.border[e].next == p;
-        if self.zip(p, truth, coder) || (!two && self.zip(e, truth, coder)) {
-            return;
+        self.zip(p, truth, coder) || (!two && self.zip(e, truth, coder))
+    }
+
+    /// After an ear: the edge and that before are listed, unless they are one with others.
+    pub(super) fn settle(&mut self, e: u32, truth: &mut impl Truth, coder: &mut impl Coder) {
+        if !self.zips(e, truth, coder) {
+            self.touch(e);
+            self.touch(self.border[e].prev);
         }
-        self.touch(e);
-        self.touch(p);
     }
 
     /// Two successive edges that run there and back between the same vertices may be one.
@@ -194,6 +198,7 @@ impl<M: Model> Walk<M> {
             if self.model.bit(coder, model::FAN_RIGHT, &right, bit) {
                 around.class += 2;
                 self.ear_right(f, y, truth, coder)?;
+                self.zips(f, truth, coder);
             } else {
                 self.border[f].not_right = true;
             }
@@ -204,6 +209,7 @@ impl<M: Model> Walk<M> {
             if self.model.bit(coder, model::FAN_LEFT, &left, bit) {
                 around.class += 1;
                 self.ear_left(e, y, truth, coder)?;
+                self.zips(e, truth, coder);
             } else {
                 self.border[e].not_left = true;
             }
@@ -211,12 +217,18 @@ impl<M: Model> Walk<M> {
         let position = truth.position(x);
         self.places
             .fresh(&mut self.model, coder, &around, position)?;
-        for edge in [e, f] {
-            if self.border.alive(edge) {
-                let p = self.border[edge].prev;
-                self.touch(edge);
-                self.touch(p);
+        // What is listed twice counts as listed last.
+        let after = self.border.alive(f).then(|| self.border[f].prev);
+        if self.border.alive(e) {
+            let p = self.border[e].prev;
+            if after != Some(e) {
+                self.touch(e);
             }
+            self.touch(p);
+        }
+        if let Some(p) = after {
+            self.touch(f);
+            self.touch(p);
         }
         Ok(())
     }

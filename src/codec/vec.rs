@@ -72,6 +72,21 @@ pub fn log_square(a: Vec3) -> i32 {
     log4(dot(a, a) as u64) + 8 * down as i32
 }
 
+/// The integer square root: the largest whose square is no more.
+///
+/// The processor's root is within one of it, whatever it rounds to, and is set right.
+#[inline]
+fn root(x: u64) -> u64 {
+    let mut r = ((x as f64).sqrt() as u64).min(u64::from(u32::MAX));
+    while r * r > x {
+        r -= 1;
+    }
+    while r < u64::from(u32::MAX) && (r + 1) * (r + 1) <= x {
+        r += 1;
+    }
+    r
+}
+
 /// Bits of a fraction of a [`unit()`] vector.
 pub const UNIT: u32 = 20;
 
@@ -79,7 +94,7 @@ pub const UNIT: u32 = 20;
 #[inline]
 pub fn unit(a: Vec3) -> Vec3 {
     let a = shift(a, excess(reach(a), 30));
-    let length = (dot(a, a) as u64).isqrt() as i64;
+    let length = root(dot(a, a) as u64) as i64;
     if length == 0 {
         return [0; 3];
     }

@@ -273,8 +273,9 @@ impl<M: Model> Walk<M> {
         }
         let open = self.border[self.border[e].next].open;
         let stack = if open {
-            let gap = self.gap_right(e) as i32;
-            ((gap - 8) / 2).clamp(0, STACKS as i32 - 2) as usize
+            let gap = self.gap_right(e);
+            self.border[e].gap = gap as u8;
+            ((gap as i32 - 8) / 2).clamp(0, STACKS as i32 - 2) as usize
         } else {
             STACKS - 1
         };
@@ -351,12 +352,16 @@ impl<M: Model> Walk<M> {
         let known = x != NONE;
         let mut gaps = [None; 2];
         if n != p && self.border[n].open && !edge.not_right {
-            let gap = self.gap_right(e);
+            // Nothing about it has changed since it was listed.
+            let gap = u32::from(edge.gap);
+            debug_assert_eq!(gap, self.gap_right(e));
             gaps[0] = Some(gap);
             let contexts = self.ear_contexts(gap, b, a, e);
             let bit = known && truth.opposite(prev(x)) == self.border[n].corner;
             if self.model.bit(coder, model::RIGHT, &contexts, bit) {
-                return self.ear_right(e, x, truth, coder);
+                self.ear_right(e, x, truth, coder)?;
+                self.settle(e, truth, coder);
+                return Ok(());
             }
         }
         if n != p && self.border[p].open && !edge.not_left {
@@ -365,7 +370,9 @@ impl<M: Model> Walk<M> {
             let contexts = self.ear_contexts(gap, a, b, e);
             let bit = known && truth.opposite(next(x)) == self.border[p].corner;
             if self.model.bit(coder, model::LEFT, &contexts, bit) {
-                return self.ear_left(e, x, truth, coder);
+                self.ear_left(e, x, truth, coder)?;
+                self.settle(e, truth, coder);
+                return Ok(());
             }
         }
         let ends = u32::from(self.border[n].open) + 2 * u32::from(self.border[p].open);
