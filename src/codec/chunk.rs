@@ -102,29 +102,24 @@ fn encode_with<M: Model>(piece: &Piece) -> Result<Coded, Damaged> {
     })
 }
 
-/// Triangles that a choice is tried on.
-const SAMPLE: usize = 1 << 14;
+/// Triangles that a choice is tried on, at each of [`SAMPLES`] places.
+const SAMPLE: usize = 1 << 13;
+/// Places at which a choice is tried.
+const SAMPLES: usize = 2;
 
-/// Whether lists of repeated coordinates serve on the first triangles.
+/// Of the lists of repeated coordinates those that serve on samples of the triangles: each axis is
+/// tried without.
 ///
-/// Why so few: what a surface is like shows soon, and each trial costs time. Lists count by the
-/// share of the triangles that the sample is. Trials are compared by bytes, which are the same on
-/// every machine.
+/// Why so few triangles: what a surface is like shows soon, and each trial costs time. Lists count by
+/// the share of the triangles that the samples are. Trials are compared by bytes, which are the same
+/// on every machine.
 fn choose(
     piece: &Piece,
     turned: &Turned,
     extent: Extent,
     lattice: Lattice,
 ) -> Result<Lattice, Damaged> {
-    let none = Lattice::default();
-    if lattice == none {
-        return Ok(none);
-    }
     let trial = |lattice: &Lattice| -> Result<u64, Damaged> {
-        let mut surface = Surface::new(turned, &piece.positions, &[]);
-        let mut walk = Walk::<Fast>::default();
-        let mut coder = Encoder::new(Vec::new());
-        walk.places.lattice = lattice.clone();
         let lists = {
             let mut coder = Encoder::new(Vec::new());
             lattice
@@ -132,19 +127,37 @@ fn choose(
                 .code(&mut Fast::new(), &mut coder, extent.vertices)?;
             coder.finish().len() as u64
         };
-        walk.part(
-            extent,
-            SAMPLE.min(extent.triangles),
-            &mut surface,
-            &mut coder,
-        )?;
-        let done = walk.triangles.len().max(1) as u64;
+        let (mut done, mut bytes) = (0, 0);
+        for place in 0..SAMPLES {
+            let first = piece.triangles.len() / SAMPLES * place;
+            let mut surface = Surface::new(turned, &piece.positions, &[]).starting_at(first);
+            let mut walk = Walk::<Fast>::default();
+            let mut coder = Encoder::new(Vec::new());
+            walk.places.lattice = lattice.clone();
+            let most = SAMPLE.min(extent.triangles / SAMPLES);
+            walk.part(extent, most, &mut surface, &mut coder)?;
+            done += walk.triangles.len() as u64;
+            bytes += (coder.finish().len() as u64).saturating_sub(lists);
+        }
         let all = (extent.triangles as u64).max(done);
-        let bytes = (coder.finish().len() as u64).saturating_sub(lists);
-        Ok(bytes + lists * done / all)
+        Ok(bytes + lists * done / all.max(1))
     };
-    let serves = trial(&lattice)? <= trial(&none)?;
-    Ok(if serves { lattice } else { none })
+    if lattice == Lattice::default() {
+        return Ok(lattice);
+    }
+    let (mut best, mut least) = (lattice.clone(), trial(&lattice)?);
+    for axis in 0..3 {
+        if best.values[axis].is_empty() {
+            continue;
+        }
+        let mut without = best.clone();
+        without.values[axis].clear();
+        let bytes = trial(&without)?;
+        if bytes < least {
+            (best, least) = (without, bytes);
+        }
+    }
+    Ok(best)
 }
 
 /// Decodes a chunk: its vertices in the order of their numbers, and the number of that at each place.

@@ -122,6 +122,12 @@ impl<'a> Surface<'a> {
         }
     }
 
+    /// Walks begin at this triangle, or the first behind it that names three vertices.
+    pub fn starting_at(mut self, triangle: usize) -> Surface<'a> {
+        self.from = triangle;
+        self
+    }
+
     /// The number that each vertex was given, or NONE; and the corner at which each triangle
     /// begins, in the order in which they were coded.
     pub fn into_maps(self) -> (Vec<u32>, Vec<u32>) {
@@ -136,7 +142,7 @@ impl<'a> Surface<'a> {
 impl Truth for Surface<'_> {
     fn seed(&mut self) -> u32 {
         while self.visited[self.from] {
-            self.from += 1;
+            self.from = (self.from + 1) % self.visited.len();
         }
         3 * self.from as u32
     }
