@@ -23,8 +23,10 @@ pub const BENDS: usize = 3;
 const TIPS: usize = 5;
 /// Pairs of tips, in the three classes of three tips and the one of five.
 pub const PAIRS: usize = 3 * 3 + 10;
-/// Sets of weights: by the pair of tips that agree best, and by how the border bends.
-pub const SETS: usize = PAIRS * BENDS * BENDS;
+/// Ways in which a sweep goes: back or onward.
+pub const WAYS: usize = 2;
+/// Sets of weights: by the pair of tips that agree best, by the way, and by how the border bends.
+pub const SETS: usize = PAIRS * WAYS * BENDS * BENDS;
 
 /// Which two parallelograms agree best.
 #[derive(Clone, Copy, Debug)]
@@ -61,6 +63,8 @@ pub struct Around {
     pub far: [Vec3; 3],
     /// 0 to 3: 2 when the fan goes on to the right, 1 when to the left.
     pub class: usize,
+    /// True when a was met after c: see [`onward`].
+    pub onward: bool,
     /// How far the border bends in at b, and at a.
     pub bends: [usize; 2],
 }
@@ -114,9 +118,15 @@ impl Around {
         best
     }
 
+    /// The number of a pair and the way of the sweep, below [`PAIRS`] × [`WAYS`].
+    pub fn way(&self, agreement: Agreement) -> usize {
+        agreement.pair * WAYS + usize::from(self.onward)
+    }
+
     /// The number of the set of weights.
     pub fn set(&self, agreement: Agreement) -> usize {
-        (agreement.pair * BENDS + self.bends[0]) * BENDS + self.bends[1]
+        let way = self.way(agreement);
+        (way * BENDS + self.bends[0]) * BENDS + self.bends[1]
     }
 
     /// Twice the features, from the middle of the gate.
@@ -137,6 +147,16 @@ impl Around {
             from(self.far[2]),
         ]
     }
+}
+
+/// True when a sweep goes onward: the gate a → b rises from older triangles, which lie on along b → c.
+///
+/// Why it is told apart: rows of triangles grow at a step of the border, and the gate is the riser of the
+/// step where they grow to the right, the tread before it where they grow back to the left. What lies
+/// around the gate is then another thing, though its neighbours are the same.
+#[inline]
+pub fn onward(a: u32, c: u32) -> bool {
+    a > c
 }
 
 /// The weights that a set starts from, in halves: the mean of the pair of parallelograms that
@@ -171,7 +191,7 @@ pub fn start(set: usize) -> [i64; FEATURES] {
         [FAN_RIGHT, FAN_LEFT],
     ];
     let mut weights = [0; FEATURES];
-    for &(feature, times) in PAIR[set / (BENDS * BENDS)].into_iter().flatten() {
+    for &(feature, times) in PAIR[set / (WAYS * BENDS * BENDS)].into_iter().flatten() {
         weights[feature] += times;
     }
     weights
@@ -195,6 +215,7 @@ mod tests {
             left: [-41, 60, -7],
             far: [[10, 170, 1], [260, 64, 3], [-130, 21, 6]],
             class,
+            onward: true,
             bends: [1, 2],
         }
     }

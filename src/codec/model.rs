@@ -59,10 +59,12 @@ impl Family {
     }
 }
 
+/// Main contexts of ears: the way of the sweep, the gap, the triangles at the vertex.
+const EARS: u32 = 2 * 24 * 10;
 /// Is the triangle across the one across the next edge?
-pub const RIGHT: Family = family(None, 24 * 10, 1);
+pub const RIGHT: Family = family(None, EARS, 1);
 /// Is it the one across the edge before?
-pub const LEFT: Family = family(Some(RIGHT), 24 * 10, 1);
+pub const LEFT: Family = family(Some(RIGHT), EARS, 1);
 /// Is there no triangle across?
 pub const BORDER: Family = family(Some(LEFT), 16, 1);
 /// Is its tip a vertex that is not on the border?
@@ -70,9 +72,9 @@ pub const NEW: Family = family(Some(BORDER), 24, 1);
 /// Was the vertex met before all the same?
 pub const SEEN: Family = family(Some(NEW), 3, 1);
 /// Does the fan go on to the right of a new vertex?
-pub const FAN_RIGHT: Family = family(Some(SEEN), 24 * 10, 1);
+pub const FAN_RIGHT: Family = family(Some(SEEN), EARS, 1);
 /// And to the left?
-pub const FAN_LEFT: Family = family(Some(FAN_RIGHT), 24 * 10, 1);
+pub const FAN_LEFT: Family = family(Some(FAN_RIGHT), EARS, 1);
 /// Are two edges that meet in both ends one?
 pub const ZIP: Family = family(Some(FAN_LEFT), 2, 1);
 /// Is the triangle coded in the other orientation?

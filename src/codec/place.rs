@@ -3,7 +3,7 @@
 //! Memory: 16 bytes a vertex.
 
 use super::Damaged;
-use super::around::Around;
+use super::around::{Around, onward};
 use super::lattice::Lattice;
 use super::model::{self, Contexts, Model};
 use super::predict::{FINE, Predictor};
@@ -88,6 +88,7 @@ impl Places {
                 left: self.at(left),
                 far: far.map(|v| self.at(v)),
                 class: 0,
+                onward: onward(a, c),
                 bends: [0; 2],
             },
             rough: (2 * (rough(a) + rough(b)) + rough(apex) + rough(c) + 3) / 6,

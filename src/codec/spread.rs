@@ -8,9 +8,9 @@
 //! The axis nearest to the normal comes last: what it misses then follows almost from the others.
 //! Integer coordinates are thus coded along their own axes, with nothing lost to rounding.
 //!
-//! Memory: 32 bytes a track, 58 KB in all.
+//! Memory: 32 bytes a track, 117 KB in all.
 
-use super::around::{Agreement, Around, PAIRS};
+use super::around::{Agreement, Around, PAIRS, WAYS};
 use super::predict::FINE;
 use super::vec::{UNIT, Vec3, add, cross, dot, excess, log4, reach, shift, sub, unit};
 
@@ -62,7 +62,7 @@ impl Default for Spreads {
             seen: 0,
         };
         Spreads {
-            tracks: vec![fresh; PAIRS * APART * ROUGH],
+            tracks: vec![fresh; PAIRS * WAYS * APART * ROUGH],
         }
     }
 }
@@ -81,7 +81,7 @@ impl Spreads {
         // the guess is worse.
         let apart = agreement.apart - log4(small) - 8 * down as i32;
         let apart = ((apart + 48) / 8).clamp(0, APART as i32 - 1) as usize;
-        let track = (agreement.pair * APART + apart) * ROUGH + rough;
+        let track = (around.way(agreement) * APART + apart) * ROUGH + rough;
         let mean = self.tracks[track].mean;
         // Variances in squared 256ths, within ROOM bits: 2^`up` of them is one.
         let full = mean.map(|m| (m as u128 * u128::from(small)) >> (SQUARE - 2 * FINE));

@@ -19,6 +19,7 @@
 //! Memory: 21 bytes a vertex, 12 a triangle for the result, 32 and at most 24 more for each edge
 //! of the border and each change of it that is still listed. O(1) time a triangle, but for links.
 
+use super::around::onward;
 use super::border::Border;
 use super::model::{self, Contexts, Model};
 use super::place::Places;
@@ -309,10 +310,13 @@ impl<M: Model> Walk<M> {
         (ratio + 16).clamp(0, GAPS - 1) as u32
     }
 
-    /// What an ear is judged by: the gap, the triangles at the vertex that it would close.
+    /// What an ear is judged by: the way of the sweep, the gap, the triangles at the vertex that it would
+    /// close.
     pub(super) fn ear_contexts(&self, gap: u32, pivot: u32, other: u32, e: u32) -> Contexts {
         let valence = |v: u32| u32::from(self.valence[v as usize]).min(9);
-        let (main, kin) = (gap * 10 + valence(pivot), gap);
+        let way = onward(self.border[e].org, self.border.dest(self.border[e].next));
+        let main = (u32::from(way) * GAPS as u32 + gap) * 10 + valence(pivot);
+        let kin = gap;
         if !M::MIXES {
             return Contexts {
                 main,

@@ -178,7 +178,8 @@ class Position:
         around = [self.tips[name] for name in "TRL"] + [c, z, d, y]
         self.features = [less(times(2, v), m) for v in around] + [times(2, less(a, b))]
         self.features += [less(times(2, v), m) for v in (q, s, k)]
-        which = 9 * pair + 3 * bends[0] + bends[1]
+        way = 2 * pair + (names["a"] > names["c"])
+        which = 9 * way + 3 * bends[0] + bends[1]
         if which not in places.sets:
             places.sets[which] = Set("TT" if fan == 0 else [TIPS[fan][i] for i in PAIRS[best]])
         self.set = places.sets[which]
@@ -208,7 +209,7 @@ class Position:
         self.rough = (2 * (a + b) + p + c + 3) // 6
         far = held(over(apart - log4(self.s) - 8 * self.off + 48, 8), 0, 7)
         start = [1 << 17, 1 << 17, 1 << 15, 0]
-        self.track = places.tracks.setdefault((pair, far, self.rough), start)
+        self.track = places.tracks.setdefault((way, far, self.rough), start)
 
     def spread(self):
         """The logarithms of the axes in turn, and how much each miss tells of later ones."""

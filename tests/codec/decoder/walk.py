@@ -140,7 +140,7 @@ class Chunk:
     def gap_left(self, e):
         return self.gap(e, e.previous.origin, False)
 
-    def ear_context(self, g, left, pivot, other, apex):
+    def ear_context(self, g, left, pivot, other, apex, onward):
         v, w, u = (min(self.count[x], 9) for x in (pivot, other, apex))
         eight = [
             g << 8 | left << 2,
@@ -152,7 +152,7 @@ class Chunk:
             g << 12 | left << 6 | v,
             g // 4 << 12 | v << 8 | w << 4 | u,
         ]
-        return 10 * g + v, g, eight
+        return 240 * onward + 10 * g + v, g, eight
 
     # The gate
 
@@ -165,7 +165,9 @@ class Chunk:
         ask_right = right and e.no_right != ear(e, f)
         ask_left = left and e.no_left != ear(d, e)
         g, l = self.gap_right(e), self.gap_left(e)
-        to_right, to_left = self.ear_context(g, l, b, a, p), self.ear_context(l, l, a, b, p)
+        onward = a > c
+        to_right = self.ear_context(g, l, b, a, p, onward)
+        to_left = self.ear_context(l, l, a, b, p, onward)
 
         if ask_right and decide(RIGHT, to_right):
             self.triangle(c, b, a)
