@@ -203,3 +203,119 @@ fn of_polygons() {
         Random::new(6).shuffle(&mut faces);
     }
 }
+
+/// An element of a PLY file: its name and properties, and its rows.
+type Element = (String, Vec<Vec<Value>>);
+
+#[derive(Clone, Copy)]
+enum Value {
+    Byte(u8),
+    Int(i32),
+    Float(f32),
+}
+
+fn ply(format: &str, elements: &[&Element]) -> Vec<u8> {
+    let mut file = format!("ply\nformat {format} 1.0\n");
+    for (header, rows) in elements {
+        let (name, properties) = header.split_once(':').expect("a name");
+        let _ = write!(file, "element {name} {}\n{properties}\n", rows.len());
+    }
+    let mut file = (file + "end_header\n").into_bytes();
+    for row in elements.iter().flat_map(|(_, rows)| rows) {
+        for value in row {
+            match (format, *value) {
+                ("ascii", Value::Byte(n)) => file.extend(format!("{n} ").bytes()),
+                ("ascii", Value::Int(n)) => file.extend(format!("{n} ").bytes()),
+                ("ascii", Value::Float(x)) => file.extend(format!("{x} ").bytes()),
+                (_, Value::Byte(n)) => file.push(n),
+                (_, Value::Int(n)) => file.extend(n.to_be_bytes()),
+                (_, Value::Float(x)) => file.extend(x.to_be_bytes()),
+            }
+        }
+        if format == "ascii" {
+            file.push(b'\n');
+        }
+    }
+    file
+}
+
+fn list(length: Value, items: &[u32]) -> Vec<Value> {
+    let items = items.iter().map(|&v| Value::Int(v as i32));
+    [length].into_iter().chain(items).collect()
+}
+
+/// Strips, short and long, and faces that are not the last rows or lie behind lists.
+#[test]
+fn of_strips_and_faces_among_other_rows() {
+    const FACES: &str = "face:property list uchar int vertex_indices";
+    const STRIPS: &str = "tristrips:property list int int vertex_indices";
+    let (m, n) = (250, 320);
+    let mesh = surfaces::torus(m, n);
+    let point = |p: &[f32; 3]| p.map(Value::Float).to_vec();
+    let vertices: Element = (
+        "vertex:property float x\nproperty float y\nproperty float z".into(),
+        mesh.positions.iter().map(point).collect(),
+    );
+    let polygon = |corners: &[u32]| list(Value::Byte(corners.len() as u8), corners);
+    let triangles = mesh.triangles.iter().map(|t| polygon(t));
+    let triangles: Element = (FACES.into(), triangles.collect());
+    let quads = mesh.triangles.as_chunks::<2>().0;
+    // Squares in the second half alone.
+    let cut = |(i, [one, other]): (usize, &[[u32; 3]; 2])| match i < quads.len() / 2 {
+        true => vec![polygon(one), polygon(other)],
+        false => vec![polygon(&[one[0], one[1], one[2], other[2]])],
+    };
+    let polygons: Element = (
+        FACES.into(),
+        quads.iter().enumerate().flat_map(cut).collect(),
+    );
+    let strip = |corners: &[u32]| list(Value::Int(corners.len() as i32), corners);
+    let rings: Vec<Vec<u32>> = (0..n)
+        .map(|j| {
+            let pair = |i| [i % m + m * ((j + 1) % n), i % m + m * j];
+            (0..=m).flat_map(pair).collect()
+        })
+        .collect();
+    let all = rings.join(&u32::MAX);
+    let one: Element = (STRIPS.into(), vec![strip(&all)]);
+    let many: Element = (
+        STRIPS.into(),
+        rings.iter().map(|ring| strip(ring)).collect(),
+    );
+    let mut short: Vec<_> = quads
+        .iter()
+        .map(|[one, other]| polygon(&[one[1], one[2], one[0], other[2]]))
+        .collect();
+    Random::new(7).shuffle(&mut short);
+    let short: Element = (
+        "tristrips:property list uchar int vertex_indices".into(),
+        short,
+    );
+    let note = |i: u32| list(Value::Byte((i % 5) as u8), &vec![1 << 20; (i % 5) as usize]);
+    let words = "property list uchar int words";
+    let [notes, more]: [Element; 2] = ["note:", "more:"].map(|name| {
+        (
+            name.to_owned() + words,
+            (0..20_000).map(note).collect::<Vec<_>>(),
+        )
+    });
+    for (what, elements) in [
+        ("triangles first", &[&triangles, &vertices][..]),
+        ("polygons first", &[&polygons, &vertices]),
+        ("polygons, then lists", &[&vertices, &polygons, &notes]),
+        (
+            "polygons among lists",
+            &[&notes, &polygons, &vertices, &more],
+        ),
+        ("one strip", &[&vertices, &one]),
+        ("one strip first", &[&one, &vertices]),
+        ("strips", &[&vertices, &many]),
+        ("strips among lists", &[&notes, &many, &more, &vertices]),
+        ("short strips at random", &[&vertices, &short]),
+    ] {
+        for format in ["ascii", "binary_big_endian"] {
+            let what = format!("{what}, {format},");
+            holds_of(&what, ("a.ply", &ply(format, elements)), 160_000, &[4]);
+        }
+    }
+}

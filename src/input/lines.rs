@@ -3,13 +3,15 @@
 //! Why parts from all over the file: faces of other numbers of corners, and longer ids, come later
 //! than the first. [`PARTS`](super::sample) parts at equal distances, each standing for the
 //! stretch of file around it, see them all, and so does the map that they give, from the number of a
-//! triangle to about where it lies. Where rows of vertices come first, the first face is found by
-//! halving: a part of the file shows which of the two it is in. Nothing is checked here, and what
-//! is no face is passed over: what is wrong is told when it is read.
+//! triangle to about where it lies. Rows of faces are found between others ([`extent`](super::extent)):
+//! a part of the file shows which they are. Nothing is checked here, and what is no face is passed
+//! over: what is wrong is told when it is read.
 //!
 //! Memory: 1 MiB, a number a part, the triangles asked for. I/O: 1 MiB for the map, 4 KiB for each
-//! halving; for a look what the triangles take, and a bound on what lies between them.
+//! glance at rows; for a look what the triangles take, and a bound on what lies between them.
 
+use super::cut::{RESTART, fan, strips};
+use super::extent::extent;
 use super::number::{parse_f4, parse_integer};
 use super::sample::{PART, Sample, is_end, words};
 use crate::error::Result;
@@ -19,7 +21,9 @@ use xxhash_rust::xxh3::xxh3_64;
 /// Bytes that are read at a time.
 const STEP: u64 = 256 << 10;
 /// Bytes for each triangle of a look, after which no more are looked for.
-const MOST_ROW: u64 = 512;
+pub(super) const MOST_ROW: u64 = 512;
+/// Numbers in a row that are corners of a strip where they are no row: others have fewer.
+const PIECE: usize = 64;
 
 /// What a row of faces has in a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,17 +34,39 @@ pub(super) enum Column {
     List(u64, u64),
     /// The list of the corners.
     Face(u64, u64),
+    /// The list of the corners of strips.
+    Strip(u64, u64),
 }
 
 /// How a text spells its faces.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Form {
-    /// A row a line; true when nothing may stand behind it.
-    Rows(Vec<Column>, bool),
+    /// A row a line.
+    Rows(Rows),
     /// OBJ: statements `f`, between those of vertices.
     Statements,
     /// STL: three times the word `vertex` and its place, until the word `endfacet`.
     Facets,
+}
+
+/// How rows of faces are spelled.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Rows {
+    pub columns: Vec<Column>,
+    /// Nothing may stand behind the last column.
+    pub exactly: bool,
+    /// Other rows lie before and behind them.
+    pub beside: [bool; 2],
+    /// How many there are.
+    pub number: u64,
+}
+
+impl Rows {
+    /// True when they are strips.
+    fn strips(&self) -> bool {
+        let mut columns = self.columns.iter();
+        columns.any(|c| matches!(c, Column::Strip(..)))
+    }
 }
 
 /// The triangles of a text.
@@ -58,18 +84,19 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// Maps a text whose faces lie behind byte `from`; there are so many of them, when that is known.
+    /// Maps a text whose faces lie behind byte `from`.
     ///
     /// # Errors
     /// [`crate::Error::Io`].
-    pub fn map(path: &Path, form: Form, from: u64, faces: Option<u64>) -> Result<Lines> {
+    pub fn map(path: &Path, form: Form, from: u64) -> Result<Lines> {
         let sample = Sample::open(path)?;
-        let from = match form {
-            Form::Rows(..) => first_face(&sample, &form, from)?,
-            _ => from,
-        };
+        let mut within = from..sample.length().max(from);
+        if let Form::Rows(rows) = &form {
+            within = extent(within, rows.beside, |at| mostly_faces(&sample, &form, at))?;
+        }
+        let from = within.start;
         let (mut stretch, mut found) = (0.0, Vec::new());
-        sample.parts(from, |begin, length, text| {
+        sample.parts(within, |begin, length, text| {
             let mut seen = Seen::new(begin);
             let (mut triangles, mut faces) = (Vec::new(), 0u64);
             for line in text.split(is_end) {
@@ -89,8 +116,9 @@ impl Lines {
         })?;
         let [seen, vertices] = [1, 2].map(|k| found.iter().map(|f| f[k]).sum::<f64>());
         // As many triangles a face as the parts have on average.
-        let by = match faces {
-            Some(faces) if seen > 0.0 => faces as f64 / seen,
+        let by = match &form {
+            // Of long strips pieces are seen, not rows.
+            Form::Rows(rows) if seen > 0.0 && !rows.strips() => rows.number as f64 / seen,
             _ => 1.0,
         };
         let mut sum = 0.0;
@@ -143,8 +171,9 @@ impl Lines {
         let begin = self.place(first);
         let mut seen = Seen::new(begin);
         let most = count.saturating_mul(MOST_ROW);
-        // Unless it begins with the first face, a look begins within a line.
-        let mut whole = first == 0;
+        // Unless it begins with the first face, a look begins within a line. A part of a strip is one.
+        let strips = matches!(&self.form, Form::Rows(rows) if rows.strips());
+        let mut whole = first == 0 || strips;
         self.sample.stream(begin, most.max(STEP), STEP, |line| {
             if std::mem::replace(&mut whole, true) {
                 seen.line(&self.form, line, into);
@@ -156,29 +185,20 @@ impl Lines {
     }
 }
 
-/// Where rows of faces begin, at most a part too early; they go to the end.
-fn first_face(sample: &Sample, form: &Form, from: u64) -> Result<u64> {
-    let (mut low, mut high) = (from, sample.length());
-    while high.saturating_sub(low) > 2 * PART {
-        let middle = low + (high - low) / 2;
-        let (mut faces, mut others) = (0, 0);
-        let mut triangles = Vec::new();
-        sample.lines(middle, PART, |line| {
-            triangles.clear();
-            Seen::new(0).line(form, line, &mut triangles);
-            *(if triangles.is_empty() {
-                &mut others
-            } else {
-                &mut faces
-            }) += 1;
-        })?;
-        if faces > others {
-            high = middle;
+/// True when most rows at a byte are faces.
+fn mostly_faces(sample: &Sample, form: &Form, at: u64) -> Result<bool> {
+    let (mut faces, mut others) = (0u64, 0u64);
+    let mut triangles = Vec::new();
+    sample.lines(at, PART, |line| {
+        triangles.clear();
+        Seen::new(0).line(form, line, &mut triangles);
+        *(if triangles.is_empty() {
+            &mut others
         } else {
-            low = middle;
-        }
-    }
-    Ok(low)
+            &mut faces
+        }) += 1;
+    })?;
+    Ok(faces > others)
 }
 
 /// What was seen of a text so far.
@@ -206,9 +226,14 @@ impl Seen {
     /// Takes a line; appends the triangles that it completes.
     fn line(&mut self, form: &Form, line: &[u8], into: &mut Vec<[u64; 3]>) {
         match form {
-            Form::Rows(columns, exactly) => {
-                if self.row(columns, *exactly, line).is_some() {
-                    fan(&self.corners, into);
+            Form::Rows(rows) => {
+                let row = self.row(rows, line).is_some();
+                if !rows.strips() {
+                    if row {
+                        fan(&self.corners, into);
+                    }
+                } else if row || self.piece(line).is_some() {
+                    strips(&self.corners, into);
                 }
             }
             Form::Statements => self.statement(line, into),
@@ -217,10 +242,10 @@ impl Seen {
     }
 
     /// The corners of a row, when it is one.
-    fn row(&mut self, columns: &[Column], exactly: bool, line: &[u8]) -> Option<()> {
+    fn row(&mut self, rows: &Rows, line: &[u8]) -> Option<()> {
         let mut words = words(line);
         self.corners.clear();
-        for column in columns {
+        for column in &rows.columns {
             let mut length = || usize::try_from(parse_integer(words.next()?)?).ok();
             match column {
                 Column::One(_) => _ = words.next()?,
@@ -231,13 +256,30 @@ impl Seen {
                 }
                 Column::Face(..) => {
                     for _ in 0..length()? {
-                        let corner = parse_integer(words.next()?)?;
-                        self.corners.push(u64::try_from(corner).ok()?);
+                        let v = corner(words.next()?)?;
+                        self.corners.push(Some(v).filter(|&v| v != RESTART)?);
+                    }
+                }
+                Column::Strip(..) => {
+                    for _ in 0..length()? {
+                        self.corners.push(corner(words.next()?)?);
                     }
                 }
             }
         }
-        (!exactly || words.next().is_none()).then_some(())
+        (!rows.exactly || words.next().is_none()).then_some(())
+    }
+
+    /// The corners of a piece of a long row, when it is one. The first and the last may be cut.
+    fn piece(&mut self, line: &[u8]) -> Option<()> {
+        let mut words = words(line).skip(1).peekable();
+        self.corners.clear();
+        while let Some(word) = words.next() {
+            if words.peek().is_some() {
+                self.corners.push(corner(word)?);
+            }
+        }
+        (self.corners.len() >= PIECE).then_some(())
     }
 
     fn statement(&mut self, line: &[u8], into: &mut Vec<[u64; 3]>) {
@@ -284,10 +326,12 @@ impl Seen {
     }
 }
 
-/// Cuts a polygon into its fan.
-pub(super) fn fan(corners: &[u64], into: &mut Vec<[u64; 3]>) {
-    let pairs = corners.windows(2).skip(1);
-    into.extend(pairs.map(|pair| [corners[0], pair[0], pair[1]]));
+/// A corner of a face or a strip.
+fn corner(word: &[u8]) -> Option<u64> {
+    match parse_integer(word)? {
+        -1 => Some(RESTART),
+        v => u64::try_from(v).ok(),
+    }
 }
 
 #[cfg(test)]

@@ -3,14 +3,19 @@
 use super::*;
 use std::fmt::Write;
 
-fn map(text: &[u8], form: Form, from: u64, faces: Option<u64>) -> Lines {
+fn map(text: &[u8], form: Form) -> Lines {
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), text).unwrap();
-    Lines::map(file.path(), form, from, faces).unwrap()
+    Lines::map(file.path(), form, 0).unwrap()
 }
 
-fn off() -> Form {
-    Form::Rows(vec![Column::Face(0, 0)], false)
+fn off(faces: u64) -> Form {
+    Form::Rows(Rows {
+        columns: vec![Column::Face(0, 0)],
+        exactly: false,
+        beside: [true, false],
+        number: faces,
+    })
 }
 
 fn read(lines: &Lines, first: u64, count: u64) -> Vec<[u64; 3]> {
@@ -36,7 +41,7 @@ fn rows(vertices: u64, faces: u64, squares: u64) -> String {
 
 #[test]
 fn small_texts_are_counted_and_read() {
-    let lines = map(rows(3, 5, 2).as_bytes(), off(), 0, Some(5));
+    let lines = map(rows(3, 5, 2).as_bytes(), off(5));
     assert_eq!(lines.triangles(), 7);
     let all = [
         [0, 1, 2],
@@ -56,7 +61,7 @@ fn small_texts_are_counted_and_read() {
         "-1 2 3 4\n",
         "99999999999999999999 1 2 3\n",
     ] {
-        let lines = map(text.as_bytes(), off(), 0, Some(5));
+        let lines = map(text.as_bytes(), off(5));
         assert_eq!(
             (lines.triangles(), read(&lines, 0, 9)),
             (0, vec![]),
@@ -68,7 +73,7 @@ fn small_texts_are_counted_and_read() {
 #[test]
 fn triangles_of_long_texts_are_found_about_where_they_are() {
     let text = rows(150_000, 400_000, 200_000);
-    let lines = map(text.as_bytes(), off(), 0, Some(400_000));
+    let lines = map(text.as_bytes(), off(400_000));
     let about = lines.triangles();
     assert!(about.abs_diff(600_000) < 12_000, "{about}");
     // The first face, not a vertex that looks like one.
@@ -88,7 +93,7 @@ fn triangles_of_long_texts_are_found_about_where_they_are() {
 fn statements_may_count_back_and_lie_among_others() {
     let text = "v 0 0 0\nvn 1 1 1\nv 0 0 0\r\nv 1 1 1\nf 1/2/3 2//3 3\nv 2 2 2\nf -1 -2 -3 -4\n\
                 fo 1 2 4\nf 1 x 2\nl 1 2 3\n";
-    let lines = map(text.as_bytes(), Form::Statements, 0, None);
+    let lines = map(text.as_bytes(), Form::Statements);
     assert_eq!((lines.triangles(), lines.vertices), (4, 4));
     let found = read(&lines, 0, 9);
     assert_eq!(found, [[1, 2, 3], [3, 2, 1], [3, 1, 0], [1, 2, 4]]);
@@ -102,7 +107,7 @@ fn facets_are_told_apart_by_their_places() {
         )
     };
     let text = facet("0 0 1", "1 2 3") + &facet("-0 0.0 1e0", "1 2 4") + "endfacet\nvertex 1";
-    let lines = map(text.as_bytes(), Form::Facets, 0, None);
+    let lines = map(text.as_bytes(), Form::Facets);
     assert!(lines.by_position());
     // One more ends here, which a part of a file may have begun before.
     assert_eq!(lines.triangles(), 3);
@@ -116,8 +121,8 @@ fn facets_are_told_apart_by_their_places() {
 #[test]
 fn texts_of_one_line_are_no_trouble() {
     let text = "3 1 2 ".repeat(1 << 20);
-    for form in [off(), Form::Statements, Form::Facets] {
-        let lines = map(text.as_bytes(), form, 0, Some(u64::MAX));
+    for form in [off(u64::MAX), Form::Statements, Form::Facets] {
+        let lines = map(text.as_bytes(), form);
         assert!(read(&lines, lines.triangles() / 2, 100).len() <= 100);
     }
 }
@@ -126,7 +131,7 @@ fn texts_of_one_line_are_no_trouble() {
 fn facets_of_long_texts_are_counted() {
     let facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 1\nvertex 1 0 1\nvertex 0 0.25 1\n\
                  endloop\nendfacet\n";
-    let lines = map(facet.repeat(50_000).as_bytes(), Form::Facets, 0, None);
+    let lines = map(facet.repeat(50_000).as_bytes(), Form::Facets);
     assert!(
         lines.triangles().abs_diff(50_000) < 250,
         "{}",

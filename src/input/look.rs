@@ -2,7 +2,7 @@
 //!
 //! Arrays, binary STL, and binary PLY files that have nothing but triangles keep each triangle in
 //! as many bytes as the next, so they lie where their numbers say. In texts ([`lines`](super::lines))
-//! and among polygons ([`polygons`](super::polygons)) about where is known, and that does for a look.
+//! and among polygons and strips ([`polygons`](super::polygons)) about where is known, and that does for a look.
 //! Nothing is checked here: what is wrong with the rows is told when they are read.
 //!
 //! Memory: the triangles asked for, and their bytes, or 256 KiB of them. I/O: those bytes.
@@ -57,8 +57,28 @@ pub(super) enum Lies {
     Rows(Rows),
     /// In the lines of a text.
     Lines(Lines),
-    /// Among polygons in a binary file.
+    /// Among polygons or strips in a binary file.
     Polygons(Polygons),
+}
+
+impl Lies {
+    /// How many triangles there are, or about as many.
+    pub fn triangles(&self) -> u64 {
+        match self {
+            Lies::Rows(rows) => rows.triangles,
+            Lies::Lines(lines) => lines.triangles(),
+            Lies::Polygons(polygons) => polygons.triangles,
+        }
+    }
+
+    /// True when that is certain.
+    pub fn exact(&self) -> bool {
+        match self {
+            Lies::Rows(_) => true,
+            Lies::Lines(_) => false,
+            Lies::Polygons(polygons) => polygons.exact,
+        }
+    }
 }
 
 /// Triangles to be looked at.
@@ -122,11 +142,7 @@ impl Look {
 
     /// How many triangles there are, or about as many.
     pub fn triangles(&self) -> u64 {
-        match &self.lies {
-            Lies::Rows(rows) => rows.triangles,
-            Lies::Lines(lines) => lines.triangles(),
-            Lies::Polygons(polygons) => polygons.triangles,
-        }
+        self.lies.triangles()
     }
 
     /// True when corners are told apart by their positions.

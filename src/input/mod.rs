@@ -9,6 +9,8 @@
 //! Memory: fixed buffers, whatever the file claims. I/O: the input once; V and G written once.
 
 pub mod arrays;
+mod cut;
+mod extent;
 mod keep;
 mod lines;
 mod look;

@@ -1,37 +1,60 @@
-//! A look at polygons in a binary file, whose rows differ in length.
+//! A look at polygons and strips in a binary file, whose rows differ in length.
 //!
 //! Why a row can be found in the middle: the lengths of lists are small and corners name vertices
 //! that there are. Where a good many rows in a row are like that, they are rows, nearly always;
-//! where they are not, another byte is tried. Nothing is checked here.
+//! where they are not, another byte is tried. Of strips too long for that a piece is found, by its
+//! corners alone: where one ends and the next begins, a length is taken for a corner, and that is
+//! little of a long strip. Nothing is checked here.
 //!
-//! Memory: the triangles asked for, and their bytes, 256 KiB at a time. I/O: those bytes.
+//! Memory: the triangles asked for, and their bytes, 256 KiB at a time. I/O: those bytes, and a bound
+//! on what lies between them; 4 MiB to tell how many triangles there are.
 
 use super::Endian;
-use super::lines::{Column, fan};
+use super::cut::{RESTART, fan, strips};
+use super::lines::{Column, MOST_ROW};
 use super::look::number;
+use super::sample::PART;
 use crate::disk::DataFile;
 use crate::error::Result;
+use std::ops::Range;
 
 /// Bytes that are read at a time.
-const STEP: usize = 256 << 10;
-/// Places at which the usual polygon is looked for.
+const STEP: u64 = 256 << 10;
+/// Bytes of a glance.
+const GLANCE: u64 = 64 << 10;
+/// Places at which the usual row is looked for.
 const PLACES: u64 = 16;
 /// Rows that must look like rows where a look begins.
 const ALIKE: usize = 32;
 /// A list is no longer.
 const LONGEST: u64 = 1 << 10;
+/// Bytes within which a row begins where lists are no longer than that, from a place among rows, and
+/// from where their [`extent`](super::extent) begins.
+const NEAR: u64 = 2 * PART;
+const WITHIN: usize = 5 * PART as usize;
+/// Corners that make a piece of a strip.
+const PIECE: usize = 256;
 
-/// Where polygons of a binary file lie.
+/// Where polygons or strips of a binary file lie.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Polygons {
-    /// Bytes of the rows.
+    /// Bytes of the rows, and how many there are.
     pub at: u64,
     pub end: u64,
+    pub rows: u64,
     pub columns: Vec<Column>,
     pub endian: Endian,
     pub vertices: u64,
-    /// Triangles that they are cut into, about.
+    /// Triangles that they are cut into, or about as many, and whether that is certain.
     pub triangles: u64,
+    pub exact: bool,
+}
+
+/// What was found in a block.
+#[derive(Default)]
+struct Took {
+    bytes: Range<usize>,
+    rows: u64,
 }
 
 impl Polygons {
@@ -49,53 +72,99 @@ impl Polygons {
         into.clear();
         let bytes = u128::from(self.end - self.at) * u128::from(first);
         let mut at = self.at + (bytes / u128::from(self.triangles.max(1))) as u64;
-        let mut corners = Vec::new();
-        let mut block = vec![0; STEP];
+        let most = count.saturating_mul(MOST_ROW).max(STEP);
+        let end = self.end.min(at.saturating_add(most));
         let mut lost = first > 0;
-        while (into.len() as u64) < count && at < self.end {
-            let length = (self.end - at).min(STEP as u64) as usize;
-            let n = file.read_some_at(&mut block[..length], at)?;
-            let mut rest = &block[..n];
-            rest = &rest[self.begin(rest, std::mem::take(&mut lost), &mut corners)..];
-            while let Some(row) = self.row(rest, &mut corners) {
-                fan(&corners, into);
-                rest = &rest[row..];
-            }
-            let read = (n - rest.len()) as u64;
-            if read == 0 {
+        let mut block = Vec::new();
+        while (into.len() as u64) < count && at < end {
+            self.fill(file, at, STEP, &mut block)?;
+            let to = self.take(&block, lost, into).bytes.end as u64;
+            if to == 0 && lost {
                 break;
             }
-            at += read;
+            lost = to == 0;
+            at += to;
         }
         into.truncate(count as usize);
         Ok(())
     }
 
-    /// Triangles that a polygon is cut into, on average over those at some places.
+    /// Triangles that the rows are cut into, by those at some places.
     ///
     /// # Errors
     /// [`crate::Error::Io`].
-    pub fn fans(&self, file: &DataFile) -> Result<Option<f64>> {
-        let (mut rows, mut triangles) = (0u64, 0u64);
-        let (mut block, mut corners) = (vec![0; STEP / PLACES as usize], Vec::new());
-        let step = (self.end - self.at) / PLACES;
-        for place in 0..PLACES {
-            let n = file.read_some_at(&mut block, self.at + place * step)?;
-            let mut rest = &block[..n];
-            rest = &rest[self.begin(rest, place > 0, &mut corners)..];
-            while let Some(row) = self.row(rest, &mut corners) {
-                (rows, triangles) = (rows + 1, triangles + corners.len() as u64 - 2);
-                rest = &rest[row..];
+    pub fn guess(&self, file: &DataFile) -> Result<Option<u64>> {
+        let length = self.end - self.at;
+        let places = if length <= STEP { 1 } else { PLACES };
+        let (mut block, mut found) = (Vec::new(), Vec::new());
+        let (mut triangles, mut rows, mut bytes) = (0, 0, 0);
+        for place in 0..places {
+            let at = self.at + place * (length / places);
+            self.fill(file, at, STEP, &mut block)?;
+            found.clear();
+            let mut took = self.take(&block, place > 0, &mut found);
+            if took.bytes.is_empty() {
+                took = self.take(&block, true, &mut found);
             }
+            triangles += found.len();
+            rows += took.rows;
+            bytes += took.bytes.len() as u64;
         }
-        Ok((rows > 0).then(|| triangles as f64 / rows as f64))
+        let (seen, of) = match self.strips() {
+            // Of long strips pieces are seen, not rows.
+            Some(_) => (bytes, length),
+            None => (rows, self.rows),
+        };
+        let by = of as f64 / seen as f64;
+        Ok((seen > 0).then(|| (triangles as f64 * by).round() as u64))
     }
 
-    /// Where a row begins: here, unless that is not known.
-    fn begin(&self, bytes: &[u8], lost: bool, corners: &mut Vec<u64>) -> usize {
-        let mut places = 0..if lost { bytes.len() } else { 0 };
-        let found = places.find(|&from| self.alike(&bytes[from..], corners));
-        found.unwrap_or(places.end)
+    /// True when the rows at a byte look like these.
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`].
+    pub fn are_at(&self, file: &DataFile, at: u64) -> Result<bool> {
+        let mut block = Vec::new();
+        self.fill(file, at, GLANCE, &mut block)?;
+        let bytes = self.take(&block, true, &mut Vec::new()).bytes;
+        Ok(!bytes.is_empty() && (bytes.start as u64) < NEAR)
+    }
+
+    /// Fills a block of at most so many bytes.
+    fn fill(&self, file: &DataFile, at: u64, most: u64, block: &mut Vec<u8>) -> Result<()> {
+        block.resize((self.end - at).min(most) as usize, 0);
+        let n = file.read_some_at(block, at)?;
+        block.truncate(n);
+        Ok(())
+    }
+
+    /// Appends the triangles of the rows in a block. They begin with it, unless that is not known.
+    fn take(&self, block: &[u8], lost: bool, into: &mut Vec<[u64; 3]>) -> Took {
+        let mut corners = Vec::new();
+        let within = 0..block.len().min(WITHIN);
+        let mut from = Some(0);
+        if lost {
+            let alike = |&from: &usize| self.alike(&block[from..], &mut corners);
+            from = within.clone().find(alike);
+        }
+        if let Some(from) = from {
+            let (mut to, mut rows) = (from, 0);
+            while let Some(row) = self.row(&block[to..], &mut corners) {
+                self.cut(&corners, into);
+                (to, rows) = (to + row, rows + 1);
+            }
+            let bytes = from..to;
+            return Took { bytes, rows };
+        }
+        for from in within {
+            let piece = self.piece(&block[from..], &mut corners);
+            if corners.len() >= PIECE {
+                self.cut(&corners, into);
+                let bytes = from..from + piece;
+                return Took { bytes, rows: 0 };
+            }
+        }
+        Took::default()
     }
 
     /// True when so many rows are here.
@@ -127,18 +196,51 @@ impl Polygons {
                     let count = number(take(count)?, self.endian);
                     take(item * Some(count).filter(|&n| n <= LONGEST)?)?;
                 }
-                Column::Face(count, item) => {
+                Column::Face(count, item) | Column::Strip(count, item) => {
                     let count = number(take(count)?, self.endian);
                     let count = Some(count).filter(|n| (3..=LONGEST).contains(n))?;
-                    let items = take(item * count)?.chunks_exact(item as usize);
-                    corners.extend(items.map(|bytes| number(bytes, self.endian)));
-                    if corners.iter().any(|&v| v >= self.vertices) {
-                        return None;
+                    for bytes in take(item * count)?.chunks_exact(item as usize) {
+                        corners.push(self.corner(bytes)?);
                     }
                 }
             }
         }
         Some(at)
+    }
+
+    /// Bytes of the piece of a strip that is here, whose corners are then in `corners`.
+    fn piece(&self, bytes: &[u8], corners: &mut Vec<u64>) -> usize {
+        corners.clear();
+        let item = self.strips().unwrap_or(usize::MAX);
+        let known = bytes.chunks_exact(item).map_while(|id| self.corner(id));
+        corners.extend(known);
+        corners.len() * item
+    }
+
+    /// The corner in these bytes.
+    fn corner(&self, bytes: &[u8]) -> Option<u64> {
+        let v = number(bytes, self.endian);
+        let restart = || self.strips().is_some() && bytes.iter().all(|&b| b == u8::MAX);
+        match v < self.vertices {
+            true => Some(v),
+            false => restart().then_some(RESTART),
+        }
+    }
+
+    fn cut(&self, corners: &[u64], into: &mut Vec<[u64; 3]>) {
+        match self.strips() {
+            Some(_) => strips(corners, into),
+            None => fan(corners, into),
+        }
+    }
+
+    /// Bytes of a corner, when these are strips.
+    fn strips(&self) -> Option<usize> {
+        let item = |column: &Column| match *column {
+            Column::Strip(_, item) => Some(item as usize),
+            _ => None,
+        };
+        self.columns.iter().find_map(item)
     }
 }
 
@@ -166,8 +268,10 @@ mod tests {
             end: bytes,
             columns: vec![Column::One(1), Column::List(1, 2), Column::Face(1, 4)],
             endian: Endian::Big,
+            rows: count.into(),
             vertices: count.into(),
             triangles: 2 * u64::from(count),
+            exact: false,
         }
     }
 
@@ -199,8 +303,8 @@ mod tests {
         }
         polygons.read(&data, 199_990, 30_000, &mut found).unwrap();
         assert!(found.len() < 30_000);
-        let fans = polygons.fans(&data).unwrap().unwrap();
-        assert!((1.8..2.2).contains(&fans), "{fans}");
+        let guess = polygons.guess(&data).unwrap().unwrap();
+        assert!(guess.abs_diff(200_000) < 10_000, "{guess}");
     }
 
     #[test]
@@ -214,7 +318,7 @@ mod tests {
                 polygons.read(&data, first, 100, &mut found).unwrap();
                 assert!(found.is_empty());
             }
-            assert_eq!(polygons.fans(&data).unwrap(), None);
+            assert_eq!(polygons.guess(&data).unwrap(), None);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What the lines of a text add up to, guessed from a few parts of it.
+//! A few parts of a text, which tell what its lines add up to.
 //!
 //! Why parts from all over the file: most programs write all vertices before the first face,
 //! so that the beginning of a file shows no face at all, and ids get longer towards its end.
@@ -10,6 +10,7 @@
 
 use crate::disk::{Counters, DataFile};
 use crate::error::Result;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -41,33 +42,14 @@ impl Sample {
         self.length
     }
 
-    /// The sums over all lines of the numbers that `count` finds in a line, as the parts tell.
-    ///
-    /// # Errors
-    /// [`crate::Error::Io`].
-    pub fn sums<const N: usize>(&self, count: impl Fn(&[u8]) -> [u64; N]) -> Result<[u64; N]> {
-        let mut sums = [0.0; N];
-        self.parts(0, |_, stretch, text| {
-            let mut found = [0u64; N];
-            for line in text.split(is_end).filter(|line| !line.is_empty()) {
-                for (sum, n) in found.iter_mut().zip(count(line)) {
-                    *sum += n;
-                }
-            }
-            for (sum, n) in sums.iter_mut().zip(found) {
-                *sum += n as f64 * stretch / text.len().max(1) as f64;
-            }
-        })?;
-        Ok(sums.map(|sum| sum.round() as u64))
-    }
-
-    /// Hands the whole lines of each part behind byte `from` to `each`, with where they were looked
+    /// Hands the whole lines of each part `within` the text to `each`, with where they were looked
     /// for, and the length of the stretch of file that they stand for.
     ///
     /// # Errors
     /// [`crate::Error::Io`].
-    pub fn parts(&self, from: u64, mut each: impl FnMut(u64, f64, &[u8])) -> Result<()> {
-        let length = self.length.saturating_sub(from);
+    pub fn parts(&self, within: Range<u64>, mut each: impl FnMut(u64, f64, &[u8])) -> Result<()> {
+        let Range { start: from, end } = within;
+        let length = end.saturating_sub(from);
         let (parts, bytes) = if length <= PART * PARTS {
             (1, length)
         } else {
@@ -135,8 +117,8 @@ impl Sample {
         Ok(())
     }
 
-    /// The whole lines among the `bytes` at `at`, where a line may begin, or does. A part without
-    /// the end of a line is one.
+    /// The whole lines among the `bytes` at `at`, where a line may begin, or does. Of a part without
+    /// a whole line it is the longest piece of one.
     fn whole<'p>(
         &self,
         at: u64,
@@ -155,7 +137,11 @@ impl Sample {
         } else {
             last
         };
-        Ok(&part[from.min(to)..to])
+        if from < to {
+            return Ok(&part[from..to]);
+        }
+        let pieces = part.split(is_end).max_by_key(|piece| piece.len());
+        Ok(pieces.unwrap_or_default())
     }
 }
 
@@ -182,8 +168,20 @@ mod tests {
         (file, sample)
     }
 
-    fn marks(line: &[u8]) -> [u64; 2] {
-        [line.starts_with(b"v"), line.starts_with(b"f")].map(u64::from)
+    /// About how many lines begin with v and f.
+    fn sums(sample: &Sample) -> [u64; 2] {
+        let mut sums = [0.0; 2];
+        let parts = sample.parts(0..sample.length(), |_, stretch, text| {
+            for line in text.split(is_end) {
+                for (sum, mark) in sums.iter_mut().zip([b"v", b"f"]) {
+                    if line.starts_with(mark) {
+                        *sum += stretch / text.len() as f64;
+                    }
+                }
+            }
+        });
+        parts.unwrap();
+        sums.map(|sum| sum.round() as u64)
     }
 
     #[test]
@@ -197,7 +195,7 @@ mod tests {
                 let _ = writeln!(text, "f {i} {i} {i}");
             }
             let (_file, sample) = sample(&text);
-            let [v, f] = sample.sums(marks).unwrap();
+            let [v, f] = sums(&sample);
             assert!(v.abs_diff(lines) <= slack, "{v} of {lines}");
             assert!(f.abs_diff(2 * lines) <= 2 * slack, "{f} of {}", 2 * lines);
         }
@@ -207,8 +205,21 @@ mod tests {
     fn texts_without_lines_and_of_one_line_are_no_trouble() {
         let (_file, long) = sample(&"vvv ".repeat(1 << 20));
         // A line a part, for as many bytes as a part has.
-        assert!(long.sums(marks).unwrap()[0] <= (4 << 20) / PART);
+        assert!(sums(&long)[0] <= (4 << 20) / PART);
         let (_file, none) = sample("");
-        assert_eq!(none.sums(marks).unwrap(), [0, 0]);
+        assert_eq!(sums(&none), [0, 0]);
+    }
+
+    #[test]
+    fn of_lines_longer_than_a_part_pieces_are_seen() {
+        let line = "5".repeat(PART as usize) + "\n";
+        let (_file, sample) = sample(&line.repeat(2 * PARTS as usize));
+        let mut seen = 0;
+        let parts = sample.parts(0..sample.length(), |_, _, text| {
+            seen += 1;
+            assert!(text.len() as u64 >= PART / 2 - 1, "{}", text.len());
+        });
+        parts.unwrap();
+        assert_eq!(seen, PARTS);
     }
 }

@@ -8,7 +8,7 @@
 //! Memory: buffers of 1 MiB. I/O: the header; of a text 1 MiB. Nothing is written.
 
 use super::arrays::Arrays;
-use super::lines::{Column, Form, Lines};
+use super::lines::{Column, Form, Lines, Rows};
 use super::open::{begin, find, find_arrays, welds};
 use super::reader::ByteReader;
 use super::{CoordKind, Format, Request, off, ply, stl};
@@ -193,7 +193,7 @@ fn count_off(reader: ByteReader, length: u64) -> Result<Counted> {
     // The shortest rows, `0 0 0` and `3 0 0 0`, with the ends of their lines.
     let rows = vertices.saturating_mul(6);
     refuse_beyond(&path, rows.saturating_add(faces.saturating_mul(8)), length)?;
-    let lines = Lines::map(&path, off_form(), from, Some(faces))?;
+    let lines = Lines::map(&path, off_form([vertices, faces]), from)?;
     Ok(Counted {
         triangles: lines.triangles(),
         vertices,
@@ -204,8 +204,13 @@ fn count_off(reader: ByteReader, length: u64) -> Result<Counted> {
 }
 
 /// Behind the corners of a face may stand its colour.
-fn off_form() -> Form {
-    Form::Rows(vec![Column::Face(0, 0)], false)
+fn off_form([vertices, faces]: [u64; 2]) -> Form {
+    Form::Rows(Rows {
+        columns: vec![Column::Face(0, 0)],
+        exactly: false,
+        beside: [vertices > 0, false],
+        number: faces,
+    })
 }
 
 /// The triangles of an OFF file.
@@ -214,8 +219,8 @@ fn off_form() -> Form {
 /// As [`off::stated`].
 pub(super) fn off_lines(reader: ByteReader) -> Result<Lines> {
     let path = reader.path().to_owned();
-    let ([_, faces], from) = off::stated(reader)?;
-    Lines::map(&path, off_form(), from, Some(faces))
+    let (counts, from) = off::stated(reader)?;
+    Lines::map(&path, off_form(counts), from)
 }
 
 /// The triangles of an OBJ file.
@@ -223,7 +228,7 @@ pub(super) fn off_lines(reader: ByteReader) -> Result<Lines> {
 /// # Errors
 /// [`Error::Io`].
 pub(super) fn obj_lines(reader: &ByteReader) -> Result<Lines> {
-    Lines::map(reader.path(), Form::Statements, 0, None)
+    Lines::map(reader.path(), Form::Statements, 0)
 }
 
 /// The triangles of an STL file in text.
@@ -231,7 +236,7 @@ pub(super) fn obj_lines(reader: &ByteReader) -> Result<Lines> {
 /// # Errors
 /// [`Error::Io`].
 pub(super) fn stl_lines(reader: &ByteReader) -> Result<Lines> {
-    Lines::map(reader.path(), Form::Facets, 0, None)
+    Lines::map(reader.path(), Form::Facets, 0)
 }
 
 fn count_obj(reader: &ByteReader) -> Result<Counted> {

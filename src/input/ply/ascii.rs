@@ -9,10 +9,11 @@
 //!
 //! Memory: the reader's buffer. I/O: the input once.
 
-use super::{Plan, Step, Strip, TRAILING};
+use super::{Plan, Step, TRAILING};
 use crate::disk::Workspace;
 use crate::error::Result;
 use crate::input::CoordKind;
+use crate::input::cut::Strip;
 use crate::input::reader::ByteReader;
 use crate::input::sink::MeshSink;
 use crate::input::text::{Dialect, Lexer, shown};
@@ -143,7 +144,11 @@ fn strip(lexer: &mut Lexer, sink: &mut MeshSink) -> Result<()> {
         match lexer.integer("an index of a vertex, or -1")? {
             -1 => strip = Strip::default(),
             v => match u64::try_from(v) {
-                Ok(v) => strip.corner(sink, v)?,
+                Ok(v) => {
+                    if let Some(triangle) = strip.corner(v) {
+                        sink.triangle(triangle)?;
+                    }
+                }
                 Err(_) => {
                     let what = "an index of a vertex, or -1";
                     return Err(lexer.error(what, v.to_string(), ""));

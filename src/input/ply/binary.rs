@@ -6,9 +6,10 @@
 //! Memory: the reader's and the sink's buffers. I/O: the input once.
 
 use super::gather::{FaceLayout, VertexLayout, gather, gather_triangles};
-use super::{Plan, Scalar, Step, Strip, TRAILING, negative_index};
+use super::{Plan, Scalar, Step, TRAILING, negative_index};
 use crate::error::{Error, Result};
 use crate::input::CoordKind;
+use crate::input::cut::Strip;
 use crate::input::reader::ByteReader;
 use crate::input::sink::MeshSink;
 
@@ -157,7 +158,11 @@ impl Rows<'_> {
         let mut strip = Strip::default();
         self.items(corners, item, plan, row, |sink, v| {
             match u64::try_from(v) {
-                Ok(v) => strip.corner(sink, v)?,
+                Ok(v) => {
+                    if let Some(triangle) = strip.corner(v) {
+                        sink.triangle(triangle)?;
+                    }
+                }
                 Err(_) if v == -1 => strip = Strip::default(),
                 Err(_) => return Ok(false),
             }

@@ -76,33 +76,6 @@ impl Plan {
     }
 }
 
-/// The corners of a strip seen last.
-#[derive(Clone, Copy, Debug, Default)]
-struct Strip {
-    before: u64,
-    last: u64,
-    corners: u64,
-}
-
-impl Strip {
-    /// The next corner of the strip.
-    #[inline]
-    fn corner(&mut self, sink: &mut MeshSink, v: u64) -> Result<()> {
-        if self.corners >= 2 {
-            let (a, b) = if self.corners.is_multiple_of(2) {
-                (self.before, self.last)
-            } else {
-                (self.last, self.before)
-            };
-            sink.triangle([a, b, v])?;
-        }
-        self.before = self.last;
-        self.last = v;
-        self.corners += 1;
-        Ok(())
-    }
-}
-
 /// A header that was read and found to promise a mesh.
 struct Outline {
     header: Header,
