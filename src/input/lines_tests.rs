@@ -90,6 +90,42 @@ fn triangles_of_long_texts_are_found_about_where_they_are() {
 }
 
 #[test]
+fn strips_are_seen_by_rows_and_by_pieces() {
+    let form = |number| {
+        Form::Rows(Rows {
+            columns: vec![Column::Strip(4, 4)],
+            exactly: true,
+            beside: [true, true],
+            number,
+        })
+    };
+    let lines = map(b"0 0 1\n7 0 1 2 3 -1 4 5\n4 6 7 8 -1\n", form(2));
+    assert_eq!(lines.triangles(), 3);
+    assert_eq!(read(&lines, 0, 9), [[0, 1, 2], [2, 1, 3], [6, 7, 8]]);
+    for length in [20, 5000, 500_000] {
+        let rows = 500_000 / length;
+        let mut text = "0 0 1\n".repeat(100_000);
+        for row in 0..rows {
+            let _ = write!(text, "{length}");
+            for i in 0..length {
+                let _ = write!(text, " {}", row * length + i);
+            }
+            text.push('\n');
+        }
+        text += &"5 0 1 2\n".repeat(100_000);
+        let lines = map(text.as_bytes(), form(rows));
+        let (about, right) = (lines.triangles(), 500_000 - 2 * rows);
+        assert!(about.abs_diff(right) < 10_000, "{length}: {about}");
+        for first in [0, 200_000, 400_000] {
+            let found = read(&lines, first, 1000);
+            assert_eq!(found.len(), 1000);
+            let off = found[1][0].abs_diff(first * 500_000 / right);
+            assert!(off < 8000, "{length}, {first}: {:?}", found[0]);
+        }
+    }
+}
+
+#[test]
 fn statements_may_count_back_and_lie_among_others() {
     let text = "v 0 0 0\nvn 1 1 1\nv 0 0 0\r\nv 1 1 1\nf 1/2/3 2//3 3\nv 2 2 2\nf -1 -2 -3 -4\n\
                 fo 1 2 4\nf 1 x 2\nl 1 2 3\n";

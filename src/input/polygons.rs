@@ -321,4 +321,64 @@ mod tests {
             assert_eq!(polygons.guess(&data).unwrap(), None);
         }
     }
+
+    /// Lists of strips of so many words each; every word is its number in the file.
+    fn strips(lists: &[u32], ends: u32) -> (Vec<u8>, Polygons) {
+        let mut words: Vec<u32> = Vec::new();
+        for &length in lists {
+            words.push(length);
+            for _ in 0..length {
+                let word = words.len() as u32;
+                words.push(if word % ends == 0 { u32::MAX } else { word });
+            }
+        }
+        let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+        let polygons = Polygons {
+            at: 0,
+            end: bytes.len() as u64,
+            rows: lists.len() as u64,
+            columns: vec![Column::Strip(4, 4)],
+            endian: Endian::Little,
+            vertices: 1 << 30,
+            triangles: words.len() as u64,
+            exact: false,
+        };
+        (bytes, polygons)
+    }
+
+    #[test]
+    fn strips_are_found_in_the_middle() {
+        let ascend = |t: &[u64; 3]| t.iter().max().unwrap() - t.iter().min().unwrap() == 2;
+        let mut found = Vec::new();
+        for (lists, ends) in [
+            (vec![20; 40_000], u32::MAX),
+            (vec![800_000], 50),
+            (vec![50_000; 16], 50),
+        ] {
+            let (bytes, polygons) = strips(&lists, ends);
+            let (_file, data) = written(&bytes);
+            for first in [0, 1000, 400_000, 700_000] {
+                polygons.read(&data, first, 30_000, &mut found).unwrap();
+                assert_eq!(found.len(), 30_000);
+                assert!(
+                    found[9][0].abs_diff(first) < 2000,
+                    "{first}: {:?}",
+                    found[9]
+                );
+                // Of long lists a length may be taken for a corner.
+                let others = found.iter().filter(|t| !ascend(t)).count();
+                assert!(others <= if lists[0] == 20 { 0 } else { 6 }, "{others}");
+            }
+            let [words, strips] =
+                [1, if lists[0] == 20 { 21 } else { 50 }].map(|n| polygons.triangles / n);
+            let right = words - 3 * strips;
+            let guess = polygons.guess(&data).unwrap().unwrap();
+            assert!(guess.abs_diff(right) <= right / 200, "{guess} of {right}");
+        }
+        let (bytes, polygons) = strips(&[5, 4], 9);
+        let (_file, data) = written(&bytes);
+        assert_eq!(polygons.guess(&data).unwrap(), Some(3));
+        polygons.read(&data, 0, 9, &mut found).unwrap();
+        assert_eq!(found, [[1, 2, 3], [3, 2, 4], [3, 4, 5]]);
+    }
 }

@@ -87,6 +87,35 @@ fn strips_are_estimated() {
 }
 
 #[test]
+fn faces_among_other_rows_are_counted() {
+    let rows = "element face 2\nproperty list uchar short vertex_index\n\
+        element vertex 5\nproperty float x\nproperty double y\nproperty float z\nend_header\n";
+    let mut data = binary_rows();
+    data.rotate_left(5 * 16);
+    let file = ply("binary_little_endian", rows, &data);
+    let (surveyed, opened) = both("a", &file, |_| {});
+    assert_eq!(
+        (opened, surveyed.triangles, surveyed.exact),
+        ([3, 5], 3, true)
+    );
+    let text = b"4 0 1 2 3\n3 0 1 4\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n";
+    let (surveyed, opened) = both("a", &ply("ascii", rows, text), |_| {});
+    assert_eq!((opened, surveyed.triangles), ([3, 5], 3));
+    // Strips too.
+    let strips = "element tristrips 1\nproperty list int short vertex_index\nend_header\n";
+    let rows = rows.replace("end_header\n", strips);
+    data.extend([4, 0, 0, 0, 0, 0, 1, 0, 2, 0, 3, 0]);
+    let file = ply("binary_little_endian", &rows, &data);
+    let (surveyed, opened) = both("a", &file, |_| {});
+    assert_eq!(opened, [5, 5]);
+    assert!(
+        !surveyed.exact && surveyed.triangles.abs_diff(5) <= 2,
+        "{surveyed:?}"
+    );
+    assert_eq!(surveyed.least, [2, 5]);
+}
+
+#[test]
 fn texts_are_estimated_by_their_faces() {
     let quads = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n4 0 1 2 3\n4 0 1 2 4\n";
     let file = ply("ascii", ROWS, quads.as_bytes());
