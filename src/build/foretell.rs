@@ -67,7 +67,7 @@ impl Builder {
         Prediction::new(survey, &sizes, output.symlink_metadata().is_ok())
     }
 
-    /// With what some triangles tell, where they can be looked at.
+    /// With what some triangles tell, where they are found.
     fn looked(&self, mut told: Prediction) -> Result<Prediction> {
         if let Some(mut look) = input::Look::at(&self.request)? {
             let (vertices, chunk) = (told.shape.vertices, told.plan.chunk);

@@ -58,9 +58,9 @@ pub struct Prediction {
     /// Bytes of the finished folder: the arrays, and the manifest about.
     pub output: u64,
     /// The most scratch space at once that is expected of this mesh, in bytes: by what some of its
-    /// triangles tell, where they could be looked at, else as if it were coherent.
+    /// triangles tell, where some were found, else as if it were coherent.
     pub expected_scratch: u64,
-    /// Triangles that were looked at; none in strips, and where faces are not the last of a PLY file.
+    /// Triangles that were looked at; none where none were found.
     pub looked_at: u64,
     /// The most scratch space at once for a coherent mesh, in bytes.
     pub scratch: u64,

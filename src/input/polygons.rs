@@ -329,7 +329,8 @@ mod tests {
             words.push(length);
             for _ in 0..length {
                 let word = words.len() as u32;
-                words.push(if word % ends == 0 { u32::MAX } else { word });
+                let ends = word.is_multiple_of(ends);
+                words.push(if ends { u32::MAX } else { word });
             }
         }
         let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();

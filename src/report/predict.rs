@@ -228,7 +228,7 @@ fn sizes(out: &mut String, p: &Predicted) {
     let labels = "keeps labels in memory, in random order too";
     row("  labels", p.memory.labels, labels);
     let looked = match p.scratch.looked_at {
-        0 => "without a look at the triangles, which lie where only decoding tells".to_owned(),
+        0 => "without a look at the triangles: none were found".to_owned(),
         n => format!("expected, after a look at {} triangles", grouped(n)),
     };
     row("scratch", p.scratch.expected, &looked);
