@@ -196,6 +196,26 @@ fn a_folder_that_is_built_already_is_no_input() {
 }
 
 #[test]
+fn a_file_is_no_mesh_folder() {
+    let place = dir();
+    let file = place.path().join("m.cmz");
+    std::fs::write(&file, OBJ).expect("written");
+    let file = file.to_str().expect("a path");
+    for command in ["verify", "check", "export", "encode", "filter"] {
+        let more: &[&str] = match command {
+            "export" => &["-o", "out.obj"],
+            "encode" => &["-o", "out.cmz", "--exact"],
+            "filter" => &["-o", "out.ct", "--largest", "1"],
+            "check" => &["--require", "closed"],
+            _ => &[],
+        };
+        let run = cornermill([&[command, file], more].concat()).expect(3);
+        let word = "expected a mesh folder, found a file";
+        assert!(run.stderr.contains(word), "{command}\n{run}");
+    }
+}
+
+#[test]
 fn options_that_a_mesh_has_no_use_for_are_refused() {
     let place = dir();
     let path = |name: &str| place.path().join(name);

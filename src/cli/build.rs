@@ -32,7 +32,8 @@ pub struct BuildArgs {
     /// Keep vertices as they are
     #[arg(long, overrides_with = "weld")]
     no_weld: bool,
-    /// Type of the stored coordinates [default: as the input has them, f4 for text]
+    /// Type of the stored coordinates [default: as the input has them, f4 for text; raw ones need it or
+    /// --vertices]
     #[arg(long, value_enum)]
     coords: Option<CoordsArg>,
     /// Width of the stored indices

@@ -35,9 +35,14 @@ impl FromStr for Size {
             "TB" => 1_000_000_000_000,
             "%" if number > 0.0 && number <= 100.0 => return Ok(Size::Percent(number)),
             "" => return Err(format!("'{text}' has no unit; write for example {text}MiB")),
+            "%" => {
+                return Err(format!(
+                    "'{text}' is no share; it is above 0 % and at most 100 %"
+                ));
+            }
             unit => {
                 return Err(format!(
-                    "unknown unit '{unit}'; use KiB MiB GiB, kB MB GB or %"
+                    "unknown unit '{unit}'; use KiB MiB GiB, kB MB GB, B or %"
                 ));
             }
         };

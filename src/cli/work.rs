@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// Memory, threads, scratch space and progress.
 #[derive(Debug, Args)]
 pub struct WorkArgs {
-    /// Memory to keep within: KiB MiB GiB, kB MB GB, or % of the limit that the process sees
+    /// Memory to keep within: KiB MiB GiB, kB MB GB, B, or % of the limit that the process sees
     #[arg(long, value_name = "SIZE", default_value = "25%")]
     pub memory: Size,
     /// Number of threads [default: all]

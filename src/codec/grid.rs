@@ -90,7 +90,7 @@ impl Grid {
                 if !extent.is_finite() || step <= 0.0 {
                     return Err(Error::Usage(format!(
                         "the largest extent, {extent}, is beyond what a grid in 8 bytes can cut \
-                         up; scale the mesh, or give --step"
+                         up; scale the mesh"
                     )));
                 }
                 if extent / step >= MOST {
@@ -195,7 +195,12 @@ fn extent(ws: &Workspace, kind: Coords, file: &DataFile, vertices: u64) -> Resul
                     format!("vertex {}", from + i as u64),
                     "finite coordinates, since the grid has no place for others",
                     format!("{at:?}"),
-                    "encode with --exact, which keeps all bits of f4 coordinates",
+                    match kind {
+                        Coords::F4 => "encode with --exact, which keeps all bits of f4 coordinates",
+                        Coords::F8 => {
+                            "build the folder with --coords f4, and encode it with --exact"
+                        }
+                    },
                 ));
             }
             for k in 0..3 {

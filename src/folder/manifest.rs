@@ -237,6 +237,15 @@ impl Manifest {
                     "the folder is unfinished or no mesh folder; run `cornermill build` first",
                 );
             }
+            Err(e) if e.kind() == std::io::ErrorKind::NotADirectory => {
+                return Err(Error::input(
+                    folder,
+                    "",
+                    "a mesh folder",
+                    "a file",
+                    "`cornermill build` makes one of a mesh, `cornermill decode` of a .cmz file",
+                ));
+            }
             Err(e) => return Err(Error::io(&path, "read it", e)),
         };
         if !meta.is_file() {

@@ -316,7 +316,17 @@ fn npy_coords(ws: &Workspace, path: &Path) -> Result<CoordArray> {
 fn raw_coords(ws: &Workspace, path: &Path, request: &Request) -> Result<CoordArray> {
     let file = open_regular(ws, path)?;
     let bytes = file.len()?;
-    let asked = request.coords.unwrap_or(CoordKind::F4);
+    let asked = match (request.coords, request.vertices) {
+        (Some(kind), _) => kind,
+        (None, Some(_)) => CoordKind::F4,
+        // A guess would read the one as twice as many of the other.
+        (None, None) => {
+            return Err(Error::Usage(format!(
+                "{}: raw positions do not say what they are; give --coords f4 or f8, or --vertices N",
+                path.display()
+            )));
+        }
+    };
     let fits = |kind: CoordKind| match request.vertices {
         Some(n) => n.checked_mul(3 * kind.bytes()) == Some(bytes),
         None => bytes.is_multiple_of(3 * kind.bytes()),

@@ -264,13 +264,13 @@ fn raw_lengths_decide() {
         Ok::<_, String>(mesh.g.map(|g| (g.kind, g.vertices, g.endian)).unwrap())
     };
     let (f4, f8, big) = (CoordKind::F4, CoordKind::F8, Endian::Big);
-    assert_eq!(kind(48, None, None), Ok((f4, 4, big)));
+    assert_eq!(kind(48, None, Some(f4)), Ok((f4, 4, big)));
     assert_eq!(kind(48, None, Some(f8)), Ok((f8, 2, big)));
     assert_eq!(kind(48, Some(4), Some(f8)), Ok((f4, 4, big)));
     assert_eq!(kind(48, Some(2), None), Ok((f8, 2, big)));
     assert_eq!(kind(0, Some(0), None), Ok((f4, 0, big)));
     for (bytes, n, coords) in [
-        (47, None, None),
+        (47, None, Some(f4)),
         (36, None, Some(f8)),
         (48, Some(3), None),
         (48, Some(0), None),
@@ -279,6 +279,9 @@ fn raw_lengths_decide() {
         let message = kind(bytes, n, coords).unwrap_err();
         assert!(message.contains(&format!("{bytes} bytes")), "{message}");
     }
+    // 48 bytes are four vertices or two.
+    let message = kind(48, None, None).unwrap_err();
+    assert!(message.contains("--coords f4 or f8"), "{message}");
     let message = bench.raw(25, None, None, None).unwrap_err();
     assert!(
         message.contains("byte 24") && message.contains("--raw-index i4"),

@@ -189,7 +189,7 @@ fn named_format(request: &Request) -> Result<Option<Format>> {
         )),
         (Some(Format::Raw) | None, Some(_)) => Ok(Some(Format::Raw)),
         (Some(_), Some(_)) => Err(Error::Usage(
-            "--raw-index is for raw arrays; leave it away, or say --format raw".into(),
+            "--raw-index is for raw arrays; leave it away, or leave --format away".into(),
         )),
         (format, None) => Ok(format),
     }
@@ -258,8 +258,8 @@ fn guessed_format(reader: &ByteReader, first: &[u8]) -> Result<Format> {
         .chars()
         .flat_map(char::escape_default)
         .collect();
-    let help = "if it is one of these, say which: --format ply, stl, obj, off, npy or raw; \
-                convert other formats first";
+    let help = "if it is one of these, say which: --format ply, stl, obj, off or npy, or \
+                --raw-index for a raw array; convert other formats first";
     let found = format!("a file that begins with `{start}`");
     Err(bad(reader, SUPPORTED, found, help))
 }
