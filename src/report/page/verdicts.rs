@@ -172,7 +172,7 @@ fn manifold(manifest: &Manifest) -> Option<Verdict> {
 fn watertight(c: &Counts, report: &Report) -> Option<Verdict> {
     let good = c.watertight_components == c.components;
     let figure = format!(
-        "{} watertight: their volume is a volume.{}",
+        "{} watertight: where orientable, their volume is a volume.{}",
         of(c.watertight_components, c.components),
         first(&report.culprits.not_watertight_components)
     );
