@@ -315,7 +315,11 @@ impl Builder {
     /// What must be the same for a stopped build to be gone on with.
     fn identity(&self, inputs: &Inputs) -> Identity {
         let request = &self.request;
-        let said = |option: &dyn std::fmt::Debug| format!("{option:?}").to_lowercase();
+        let said = |option: &dyn std::fmt::Debug| {
+            let text = format!("{option:?}").to_lowercase();
+            let given = text.strip_prefix("some(").and_then(|t| t.strip_suffix(')'));
+            given.map_or(text.clone(), str::to_owned)
+        };
         let options: [(&str, String); 15] = [
             ("the form of the state", said(&STATE)),
             ("the version", env!("CARGO_PKG_VERSION").to_owned()),

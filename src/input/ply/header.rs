@@ -11,6 +11,7 @@
 use crate::error::{Error, Result};
 use crate::input::reader::ByteReader;
 use crate::input::text::shown;
+use std::fmt;
 
 /// The longest header that is read.
 const MAX_BYTES: u64 = 1 << 20;
@@ -39,6 +40,19 @@ pub enum Scalar {
 }
 
 impl Scalar {
+    const fn name(self) -> &'static str {
+        match self {
+            Scalar::I8 => "int8",
+            Scalar::U8 => "uint8",
+            Scalar::I16 => "int16",
+            Scalar::U16 => "uint16",
+            Scalar::I32 => "int32",
+            Scalar::U32 => "uint32",
+            Scalar::F32 => "float32",
+            Scalar::F64 => "float64",
+        }
+    }
+
     fn named(name: &str) -> Option<Scalar> {
         Some(match name {
             "char" | "int8" => Scalar::I8,
@@ -79,6 +93,16 @@ impl Scalar {
 pub enum Shape {
     One(Scalar),
     List { count: Scalar, item: Scalar },
+}
+
+impl fmt::Display for Shape {
+    /// As a header has it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Shape::One(scalar) => f.write_str(scalar.name()),
+            Shape::List { count, item } => write!(f, "list {} {}", count.name(), item.name()),
+        }
+    }
 }
 
 /// A property of an element.

@@ -211,7 +211,7 @@ fn plan(path: &Path, element: &Element) -> Result<Plan> {
                 }
             }
             _ => {
-                let found = format!("`{}` of type {:?}", property.name, property.shape);
+                let found = format!("`{}` of type {}", property.name, property.shape);
                 let what = "x, y, z that are no lists, vertex indices that are a list of integers";
                 return Err(bad(what, &found));
             }
