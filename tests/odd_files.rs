@@ -196,6 +196,42 @@ fn a_folder_that_is_built_already_is_no_input() {
 }
 
 #[test]
+fn coordinates_far_out_are_told_of_where_they_are_rounded() {
+    let place = dir();
+    let at = |name: &str| place.path().join(name);
+    let far = "v 4000000.125 0 0\nv 4000100 0 0\nv 4000000 100 0\nf 1 2 3\n";
+    std::fs::write(at("far.obj"), far).expect("written");
+    std::fs::write(at("near.obj"), far.replace("4000", "")).expect("written");
+    // Loudly: a quiet build has no notes.
+    let told_by = |name: &str, out: &str, options: &[&str]| {
+        let (input, out) = (at(name), at(out));
+        let paths = [&input, &out].map(|p| p.to_str().expect("a path"));
+        let args = [&["build", paths[0], "-o", paths[1]], options].concat();
+        cornermill(args)
+            .expect(0)
+            .stderr
+            .contains("--coords f8 keeps")
+    };
+    for (name, out, options, told) in [
+        ("far.obj", "far.ct", &[][..], true),
+        ("far.obj", "wide.ct", &["--coords", "f8"], false),
+        ("near.obj", "near.ct", &[], false),
+    ] {
+        assert_eq!(told_by(name, out, options), told, "{name} to {out}");
+    }
+    // Of doubles nothing is lost, unless that is asked for.
+    let paths = [at("wide.ct"), at("m.ply")];
+    let [wide, ply] = paths.each_ref().map(|p| p.to_str().expect("a path"));
+    cornermill(["export", wide, "-o", ply]).expect(0);
+    for (out, options, told) in [
+        ("a.ct", &[][..], false),
+        ("b.ct", &["--coords", "f4"], true),
+    ] {
+        assert_eq!(told_by("m.ply", out, options), told, "{out}");
+    }
+}
+
+#[test]
 fn a_file_is_no_mesh_folder() {
     let place = dir();
     let file = place.path().join("m.cmz");

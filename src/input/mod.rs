@@ -22,6 +22,7 @@ mod ply;
 mod polygons;
 pub mod reader;
 mod reading;
+mod rounded;
 mod sample;
 pub mod sink;
 mod stl;

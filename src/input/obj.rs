@@ -88,7 +88,7 @@ pub fn read(ws: &Workspace, reader: ByteReader, request: &Request) -> Result<Mes
             path.display()
         ));
     }
-    sink.finish("obj", lexer.into_reader().finish()?)
+    sink.finish(ws, "obj", lexer.into_reader().finish()?)
 }
 
 fn vertex(lexer: &mut Lexer, sink: &mut MeshSink) -> Result<()> {
@@ -96,7 +96,7 @@ fn vertex(lexer: &mut Lexer, sink: &mut MeshSink) -> Result<()> {
     match sink.kind() {
         CoordKind::F4 => {
             let at = [lexer.f4(what)?, lexer.f4(what)?, lexer.f4(what)?];
-            sink.vertex4(at)
+            sink.rounded4(at)
         }
         CoordKind::F8 => {
             let at = [lexer.f8(what)?, lexer.f8(what)?, lexer.f8(what)?];

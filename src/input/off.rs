@@ -76,7 +76,7 @@ pub fn read(ws: &Workspace, reader: ByteReader, request: &Request) -> Result<Mes
         let help = "the counts do not agree with the data; correct them, or cut the rest off";
         return Err(lexer.error("the end of the file", found, help));
     }
-    sink.finish("off", lexer.into_reader().finish()?)
+    sink.finish(ws, "off", lexer.into_reader().finish()?)
 }
 
 /// The numbers of vertices and faces that the file states, and the byte where its rows begin.
@@ -154,7 +154,7 @@ fn vertex(lexer: &mut Lexer, sink: &mut MeshSink) -> Result<()> {
     match sink.kind() {
         CoordKind::F4 => {
             let at = [lexer.f4(what)?, lexer.f4(what)?, lexer.f4(what)?];
-            sink.vertex4(at)
+            sink.rounded4(at)
         }
         CoordKind::F8 => {
             let at = [lexer.f8(what)?, lexer.f8(what)?, lexer.f8(what)?];

@@ -52,7 +52,7 @@ fn coordinates_keep_their_bits_or_are_converted_on_request() {
             sink.vertex4([signalling, -0.0, 1.0])?;
         }
         sink.vertex8(at)?;
-        sink.finish("test", digest())
+        sink.finish(&ws, "test", digest())
     };
     let mesh = make(None, [0.1, f64::INFINITY, 1.0]).unwrap();
     let bits = testing::bits(&mesh);
@@ -64,7 +64,7 @@ fn coordinates_keep_their_bits_or_are_converted_on_request() {
     request.weld = Some(true);
     let mut sink = MeshSink::new(&ws, &request, dir.path(), CoordKind::F4).unwrap();
     sink.vertex4([signalling, 2.0, 3.0]).unwrap();
-    let mesh = sink.finish("test", digest()).unwrap();
+    let mesh = sink.finish(&ws, "test", digest()).unwrap();
     assert_eq!(testing::bits(&mesh)[0], 0x7fa0_1234);
     assert!(!mesh.g.unwrap().placed && !request.g_path.exists());
     let error = make(None, [0.0, 1e39, 1.0]).unwrap_err().to_string();
@@ -92,7 +92,7 @@ fn fans_polygons_and_names_faces_too_small() {
     for _ in 0..10 {
         sink.vertex4([0.0; 3]).unwrap();
     }
-    let mesh = sink.finish("test", digest()).unwrap();
+    let mesh = sink.finish(&ws, "test", digest()).unwrap();
     assert_eq!(mesh.polygons_fanned, 2);
     let (a, b) = ([0, 0, 0], [5, 6, 7]);
     let fan = [b, [1, 2, 3], [1, 3, 4], [1, 4, 9], a, a];
@@ -110,7 +110,7 @@ fn the_first_index_without_vertex_is_named() {
         (0..5000).for_each(|_| sink.triangle([0, 1, 2]).unwrap());
         sink.triangle([0, big, 2]).unwrap();
         sink.triangle([0, 1, big + 1]).unwrap();
-        let error = sink.finish("test", digest()).unwrap_err().to_string();
+        let error = sink.finish(&ws, "test", digest()).unwrap_err().to_string();
         assert!(
             error.contains("triangle 5000, corner 1: expected"),
             "{error}"

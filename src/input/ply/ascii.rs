@@ -90,7 +90,7 @@ fn vertex(lexer: &mut Lexer, plan: &Plan, sink: &mut MeshSink) -> Result<()> {
                     step => skip(lexer, step)?,
                 }
             }
-            sink.vertex4(at)
+            sink.rounded4(at)
         }
         CoordKind::F8 => {
             let mut at = [0f64; 3];

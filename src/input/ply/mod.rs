@@ -128,7 +128,7 @@ pub fn read(ws: &Workspace, mut reader: ByteReader, request: &Request) -> Result
         Encoding::Little => binary::read(reader, false, &plans, &mut sink)?,
         Encoding::Big => binary::read(reader, true, &plans, &mut sink)?,
     };
-    sink.finish("ply", reader.finish()?)
+    sink.finish(ws, "ply", reader.finish()?)
 }
 
 /// The type that holds every coordinate exactly.

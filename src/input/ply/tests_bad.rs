@@ -164,7 +164,11 @@ fn what_is_no_surface_or_no_header() {
         &["a list vertex_indices"],
     );
     let floats = "element face 1\nproperty list uchar float vertex_indices";
-    refused(read, &both(&vertex, floats), &["list of integers", "of type list uint8 float32"]);
+    refused(
+        read,
+        &both(&vertex, floats),
+        &["list of integers", "of type list uint8 float32"],
+    );
     let one = "element face 1\nproperty int vertex_indices";
     refused(read, &both(&vertex, one), &["list of integers"]);
 
