@@ -67,6 +67,7 @@ mod tail;
 mod way;
 mod working;
 
+pub use crate::disk::parent;
 pub use builder::{Builder, Index as IndexChoice};
 pub use clock::PassReport;
 pub use load::PassPrediction;
@@ -75,7 +76,7 @@ pub use pipeline::BuildReport;
 pub use plan::Strategy;
 pub use predict::Prediction;
 pub use staging::{Former, Staging};
-pub use working::{parent, state_of};
+pub use working::state_of;
 
 use self::graph::contract::Size;
 use self::graph::labels::{Labels, labels_of};

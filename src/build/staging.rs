@@ -18,10 +18,10 @@
 //! Why a lock: two builds of one target never meet, and what a killed one left is known for dead
 //! (see [`Lock`]). A build that fails removes what it made, unless it can be gone on with.
 
-use super::working::{ROOMS, STATE, discard_rooms, joined, parent, room_name, rooms_of, work_of};
-use crate::disk::{Fleeting, Lock, Tried, discard, discard_dead, fs, go_on};
+use super::working::{ROOMS, STATE, discard_rooms, joined, room_name, rooms_of, work_of};
+use crate::disk::{Fleeting, Lock, Tried, discard, discard_dead, fs, go_on, parent};
 use crate::error::{Error, Result};
-use crate::folder;
+use crate::folder::Outputs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -37,9 +37,7 @@ pub struct Staging {
     work: PathBuf,
     out: PathBuf,
     target: PathBuf,
-    force: bool,
-    /// What must not be replaced.
-    spare: Vec<PathBuf>,
+    outputs: Outputs,
     done: bool,
     /// Folders of scratch files elsewhere.
     rooms: Vec<(PathBuf, Lock)>,
@@ -64,25 +62,14 @@ impl Staging {
     /// the folders of its scratch files.
     ///
     /// # Errors
-    /// [`Error::Usage`] when the target lies in a mesh folder; when it exists and `force` is not
-    /// given, or is no mesh folder, or holds what is no part of one, or one of `spare`; when another process builds it; when a stopped build can be gone
-    /// on with, and `former` refuses; [`Error::Io`].
+    /// Those of [`Outputs::folder`]; [`Error::Usage`] when another process builds the target, and when a
+    /// stopped build can be gone on with, and `former` refuses; [`Error::Io`].
     pub fn new(target: &Path, force: bool, former: Former, spare: &[&Path]) -> Result<Staging> {
-        let refuse = |why: &str| Err(Error::Usage(format!("{} {why}", target.display())));
-        if target.file_name().is_none() || target == Path::new("-") {
-            return refuse("names no folder that can be made; choose another name with -o");
-        }
-        if folder::is_mesh_folder(parent(target)) {
-            return refuse(
-                "lies in a mesh folder, which holds no others; choose another name with -o",
-            );
-        }
-        let spare: Vec<PathBuf> = spare.iter().map(|path| (*path).to_owned()).collect();
+        let outputs = Outputs::new(spare, force);
         let work = work_of(target);
-        if target.symlink_metadata().is_ok()
-            && let Err(refused) = check_replaceable(target, force, &spare)
-        {
-            if !work.join(STATE).is_file() && !work.join(REPLACED).exists() {
+        if let Err(refused) = outputs.folder(target) {
+            let there = target.symlink_metadata().is_ok();
+            if there && !work.join(STATE).is_file() && !work.join(REPLACED).exists() {
                 // Of a build that was killed when all but its end was done.
                 // Together: the list of the ones is in the other.
                 let _ = discard_rooms(&work) && discard_dead(&work);
@@ -96,8 +83,7 @@ impl Staging {
         let staging = Staging {
             out: work.join(OUT),
             target: target.to_owned(),
-            force,
-            spare,
+            outputs,
             done: false,
             rooms: Vec::new(),
             fleeting: vec![Fleeting::unless(&work, &work.join(STATE))],
@@ -116,7 +102,7 @@ impl Staging {
                 fs::rename(&aside, &self.target)
                     .map_err(|e| Error::io(&self.target, "put the old folder back to it", e))?;
                 sync_dir(parent(&self.target))?;
-                check_replaceable(&self.target, self.force, &self.spare)?;
+                self.outputs.folder(&self.target)?;
             } else {
                 remove(&aside)?;
             }
@@ -248,7 +234,7 @@ impl Staging {
                 let source = std::io::Error::new(ErrorKind::AlreadyExists, e.to_string());
                 Error::io(&self.target, "give the finished folder its name", source)
             };
-            check_replaceable(&self.target, self.force, &self.spare).map_err(refused)?;
+            self.outputs.folder(&self.target).map_err(refused)?;
         }
         // A state names arrays in the folder of that name, which after an exchange is the old one.
         if self.state().symlink_metadata().is_ok() {
@@ -344,26 +330,6 @@ fn remove(path: &Path) -> Result<()> {
         Err(_) => Ok(()),
     };
     done.map_err(|e| Error::io(path, "remove it", e))
-}
-
-/// Only a mesh folder is ever replaced, and never with something of this build in it.
-fn check_replaceable(target: &Path, force: bool, spare: &[PathBuf]) -> Result<()> {
-    let refuse = |why: &str| {
-        let what = format!("{} {why}; choose another name with -o", target.display());
-        Err(Error::Usage(what))
-    };
-    if !force {
-        return refuse("exists (--force replaces a mesh folder)");
-    }
-    if let Some(why) = folder::not_replaceable(target)? {
-        return refuse(&why);
-    }
-    let real = fs::canonicalize(target).map_err(|e| Error::io(target, "find it", e))?;
-    let holds = |path: &&PathBuf| fs::canonicalize(path).is_ok_and(|p| p.starts_with(&real));
-    if let Some(path) = spare.iter().find(holds) {
-        return refuse(&format!("holds {}, which this build uses", path.display()));
-    }
-    Ok(())
 }
 
 /// Makes the names in a folder durable.

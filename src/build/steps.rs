@@ -17,10 +17,9 @@
 use super::arrays::OutArray;
 use super::coords::{Placed, array_of};
 use super::staging::sync_dir;
-use super::working::parent;
 use crate::chunk::grid::Bounds;
 use crate::disk::journal::{Keep, Pen, Reader, check_length};
-use crate::disk::{DataFile, Workspace, fs};
+use crate::disk::{DataFile, Workspace, fs, parent};
 use crate::error::{Error, Result};
 use crate::folder::{self, WarmSums, npy::DATA_START};
 use crate::input::{CoordKind, Mesh};

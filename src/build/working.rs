@@ -3,7 +3,7 @@
 //!
 //! Memory: a list of paths. I/O: that list.
 
-use crate::disk::{discard_dead, fs};
+use crate::disk::{discard_dead, fs, parent};
 use crate::error::{Error, Result};
 use std::ffi::{OsStr, OsString};
 use std::io::ErrorKind;
@@ -47,14 +47,6 @@ fn named_from(target: &Path, end: &str) -> OsString {
     }
     name.push(end);
     name
-}
-
-/// The folder that a path lies in.
-pub fn parent(path: &Path) -> &Path {
-    match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    }
 }
 
 /// The folders of scratch files that the build of a working folder has elsewhere.

@@ -4,9 +4,9 @@ use super::progress;
 use super::work::WorkArgs;
 use super::{Outcome, print, signals, tell, to_json};
 use crate::build::{Builder, IndexChoice, Strategy, state_of};
-use crate::disk::{Counters, Target, fs, same_file};
+use crate::disk::{Counters, Target, fs};
 use crate::error::{Error, Result};
-use crate::folder::{Folder, Orient};
+use crate::folder::{Folder, Orient, Outputs};
 use crate::input::{CoordKind, Endian, Format, IndexKind};
 use crate::report;
 use clap::{Args, ValueEnum};
@@ -215,7 +215,7 @@ impl Json {
     /// What `--json` asks for.
     ///
     /// # Errors
-    /// [`Error::Usage`] for an input, and as [`Target::create`].
+    /// As [`Outputs::create`].
     fn of(args: &BuildArgs, output: &Path) -> Result<Option<Json>> {
         let Some(to) = &args.json else {
             return Ok(None);
@@ -223,17 +223,16 @@ impl Json {
         if to == Path::new("-") {
             return Ok(Some(Json::Stdout));
         }
-        let inputs = [Some(&args.input), args.positions.as_ref()];
-        if inputs.into_iter().flatten().any(|path| same_file(path, to)) {
-            let to = to.display();
-            return Err(Error::Usage(format!(
-                "{to}: is the input, which is not to be changed; give --json another name"
-            )));
-        }
+        let inputs = [Some(&*args.input), args.positions.as_deref()];
+        let inputs: Vec<&Path> = inputs.into_iter().flatten().collect();
+        let mut outputs = Outputs::new(&inputs, args.force);
+        outputs.spare(to)?;
         if to.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir()) {
             return Ok(Some(Json::Through(to.clone())));
         }
-        Target::create(output, to, args.force).map(|file| Some(Json::File(Box::new(file))))
+        outputs.reserve(output)?;
+        let file = outputs.create(to)?;
+        Ok(Some(Json::File(Box::new(file))))
     }
 
     fn write(self, text: &str, say: Say) -> Result<()> {

@@ -11,11 +11,11 @@ use crate::codec::decode::decode;
 use crate::codec::file::{Entry, Head};
 use crate::codec::packed::Packed;
 use crate::codec::part::{Part, decode_part};
-use crate::disk::{TempFolder, same_file};
+use crate::disk::TempFolder;
 use crate::error::{Error, Result};
 use crate::export::{Bbox, ExportRequest, Format, Numbers, export_arrays, files};
 use crate::folder::npy::DATA_START;
-use crate::folder::{Orient, fits_u4, not_replaceable};
+use crate::folder::{Orient, Outputs, fits_u4};
 use clap::Args;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -51,7 +51,6 @@ pub struct DecodeArgs {
 /// # Errors
 /// Those of [`decode`], of building, and of [`export`].
 pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
-    exists(args, &args.output)?;
     let ws = args.work.workspace(parent(&args.output))?;
     let packed = Packed::open(&ws.budget, &ws.io, &args.file)?;
     refuse(args, packed.head.coords > 0)?;
@@ -113,40 +112,22 @@ pub(super) fn run(args: &DecodeArgs) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// What exists is not replaced unasked.
-fn exists(args: &DecodeArgs, output: &Path) -> Result<()> {
-    if args.force || output.symlink_metadata().is_err() {
+/// What cannot end well is refused before anything is decoded.
+fn refuse(args: &DecodeArgs, points: bool) -> Result<()> {
+    let mut outputs = Outputs::new(&[&args.file], args.force);
+    let Some(format) = Format::of(&args.output) else {
+        return outputs.folder(&args.output);
+    };
+    for file in files(&args.output, points) {
+        outputs.file(&file)?;
+    }
+    if format == Format::Npy || points {
         return Ok(());
     }
     Err(Error::Usage(format!(
-        "{}: exists; give --force to replace it, or another name",
-        output.display()
+        "{}: the file has no coordinates, so only a folder or npy can be written",
+        args.output.display()
     )))
-}
-
-/// What cannot end well is refused before anything is decoded.
-fn refuse(args: &DecodeArgs, points: bool) -> Result<()> {
-    let (output, format) = (&args.output, Format::of(&args.output));
-    let there = output.symlink_metadata().is_ok();
-    for file in files(output, points) {
-        exists(args, &file)?;
-        if same_file(&args.file, &file) {
-            let why = "is the compressed file itself; give another name";
-            return Err(Error::Usage(format!("{}: {why}", file.display())));
-        }
-    }
-    let why = match format {
-        Some(format) if format != Format::Npy && !points => {
-            "the file has no coordinates, so only a folder or npy can be written"
-        }
-        Some(_) if output.is_dir() => "is a folder, and a file is to be written; give another name",
-        None if there => match not_replaceable(output)? {
-            Some(why) => return Err(Error::Usage(format!("{} {why}", output.display()))),
-            None => return Ok(()),
-        },
-        _ => return Ok(()),
-    };
-    Err(Error::Usage(format!("{}: {why}", output.display())))
 }
 
 /// Bytes in scratch beside what a build takes there: the decoded arrays of so many triangles and

@@ -23,7 +23,7 @@ use super::seam::{self, Span};
 use crate::corner::Index;
 use crate::disk::{Target, Workspace};
 use crate::error::{Result, conserve};
-use crate::folder::{self, Folder};
+use crate::folder::{self, Folder, Outputs};
 use crate::table::array::{self, Coords, Width};
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -87,10 +87,10 @@ pub struct EncodeCount {
 /// Encodes a folder.
 ///
 /// # Errors
-/// [`crate::Error::Usage`] when the target exists or lies in the folder, or precision and coordinates do not go together;
+/// [`crate::Error::Usage`] when the target is refused (see [`Outputs::file`]), or precision and coordinates do not go together;
 /// [`crate::Error::Input`] for a damaged folder; [`crate::Error::Budget`], [`crate::Error::Io`], [`crate::Error::DiskLimit`].
 pub fn encode(ws: &Workspace, folder: &Folder, request: &EncodeRequest) -> Result<EncodeCount> {
-    let target = Target::create(folder.path(), &request.target, request.force)?;
+    let target = Outputs::new(&[folder.path()], request.force).create(&request.target)?;
     let counts = &folder.manifest().counts;
     // Numbers of triangles and of loose vertices behind them.
     let all = counts.triangles.saturating_add(counts.vertices);

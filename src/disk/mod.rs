@@ -35,7 +35,7 @@ pub use lost::report_long_files;
 pub use progress::{NoProgress, Progress};
 pub use scratch::{Scratch, ScratchFile};
 pub use stop::{Fleeting, go_on, interrupt, remove_fleeting};
-pub use target::{Target, same_file};
+pub use target::{Target, parent};
 pub use window::Window;
 pub use workers::Workers;
 

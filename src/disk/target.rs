@@ -13,7 +13,6 @@ use super::stop::Fleeting;
 use super::{Counters, DataFile};
 use crate::error::{Error, Result};
 use std::fs::File;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tempfile::TempPath;
@@ -29,49 +28,13 @@ pub struct Target {
 }
 
 impl Target {
-    /// A new temporary file in the folder of the target, which must lie outside of `source`.
+    /// A new temporary file in the folder of the target, which replaces a file of that name only
+    /// with `force`. What else it must not be, `folder::Outputs` says, which calls this.
     ///
     /// # Errors
-    /// [`Error::Usage`] when the target exists and may not be replaced (`force`), is a folder,
-    /// a device or a pipe, or lies in `source`; [`Error::Io`].
-    pub fn create(source: &Path, path: &Path, force: bool) -> Result<Target> {
-        if !force && path.symlink_metadata().is_ok() {
-            return Err(exists(path));
-        }
-        let refuse = |why: &str| Err(Error::Usage(format!("{}: {why}", path.display())));
-        match path.metadata() {
-            _ if path == Path::new("-") => {
-                return refuse("a file is to be written, and this is no name of one; give another");
-            }
-            Ok(meta) if meta.is_dir() => {
-                return refuse("is a folder, and a file is to be written; give another name");
-            }
-            // As the system's administrator one would put a file in the place of a device.
-            Ok(meta) if !meta.is_file() => {
-                return refuse("is a device or pipe, which is not replaced; give another name");
-            }
-            _ => {}
-        }
-        // Neither the name nor what it leads to is certain to be what is meant.
-        if let Ok(to) = path.read_link() {
-            let to = to.display();
-            return refuse(&format!(
-                "is a link to {to}, which --force does not replace; give that name, or remove the \
-                 link"
-            ));
-        }
-        let dir = match path.parent() {
-            Some(dir) if !dir.as_os_str().is_empty() => dir,
-            _ => Path::new("."),
-        };
-        if let (Ok(dir), Ok(source)) = (fs::canonicalize(dir), fs::canonicalize(source))
-            && dir.starts_with(&source)
-        {
-            return refuse(
-                "lies in the mesh folder itself, whose files are not to be changed; \
-                 give a name outside of it",
-            );
-        }
+    /// [`Error::Io`].
+    pub(crate) fn create(path: &Path, force: bool) -> Result<Target> {
+        let dir = parent(path);
         sweep(dir);
         let failed = |e| Error::io(dir, "create a file there", e);
         let mut temp = Temporary::new(dir).map_err(failed)?;
@@ -86,6 +49,14 @@ impl Target {
             path: path.to_owned(),
             force,
         })
+    }
+
+    /// What is said of a file that exists and may not be replaced.
+    pub fn exists(path: &Path) -> Error {
+        Error::Usage(format!(
+            "{}: exists; give --force to replace it, or another name",
+            path.display()
+        ))
     }
 
     /// Where the file will be.
@@ -129,16 +100,18 @@ impl Target {
         fs::sync(&temp.file, &path).map_err(|e| Error::io(&path, "sync it to the device", e))?;
         match temp.persist(&path, force) {
             Ok(()) => Ok(path),
-            Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => Err(exists(&path)),
+            Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => Err(Target::exists(&path)),
             Err(e) => Err(Error::io(&path, "give the finished file its name", e)),
         }
     }
 }
 
-/// True when two paths lead to one file, links followed.
-pub fn same_file(a: &Path, b: &Path) -> bool {
-    let file = |path: &Path| path.metadata().ok().map(|meta| (meta.dev(), meta.ino()));
-    file(a).is_some() && file(a) == file(b)
+/// The folder that a path lies in.
+pub fn parent(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
 }
 
 /// A file under a name that nobody has, gone when dropped before it is given another.
@@ -178,11 +151,4 @@ impl Drop for Temporary {
             gone(&self.path, fs::remove_file(&self.path));
         }
     }
-}
-
-fn exists(path: &Path) -> Error {
-    Error::Usage(format!(
-        "{}: exists; give --force to replace it, or another name",
-        path.display()
-    ))
 }

@@ -35,9 +35,9 @@ mod stl;
 mod strip;
 mod used;
 
-use crate::disk::{Target, Workspace};
+use crate::disk::Workspace;
 use crate::error::{Error, Result};
-use crate::folder::{self, Folder};
+use crate::folder::{self, Folder, Outputs};
 use job::Job;
 use sink::Sink;
 use source::Source;
@@ -171,7 +171,7 @@ pub struct ExportCount {
 
 /// Exports a folder to a file, to two (`.npy`), or to standard output.
 ///
-/// The target must not exist unless `force` is set, nor lie in the folder itself. It appears
+/// The target must not exist unless `force` is set, nor lie in a mesh folder. It appears
 /// under its name when it is complete; on an error it does not.
 ///
 /// # Errors
@@ -204,7 +204,7 @@ pub fn export(ws: &Workspace, folder: &Folder, request: &ExportRequest) -> Resul
         return export_to(ws, folder, request, &mut std::io::stdout().lock());
     }
     request.check(folder)?;
-    export_file(ws, (folder.path(), Source::of(folder)?), request, None)
+    export_file(ws, (&[folder.path()], Source::of(folder)?), request, None)
 }
 
 /// As [`export`], of two arrays that belong to no folder, but are as those of one: V with ids below
@@ -225,10 +225,10 @@ pub fn export_arrays(
         ));
     }
     request.fits(g.is_some())?;
-    let at = v.parent().unwrap_or(Path::new(""));
+    let inputs: Vec<&Path> = [Some(v), g].into_iter().flatten().collect();
     export_file(
         ws,
-        (at, Source::arrays(v, g, vertices, &ws.io)?),
+        (&inputs, Source::arrays(v, g, vertices, &ws.io)?),
         request,
         None,
     )
@@ -255,7 +255,7 @@ pub fn export_strip<'a>(
     request.check(folder)?;
     export_file(
         ws,
-        (folder.path(), Source::of(folder)?),
+        (&[folder.path()], Source::of(folder)?),
         request,
         Some(strip),
     )
@@ -263,16 +263,17 @@ pub fn export_strip<'a>(
 
 fn export_file<'a>(
     ws: &'a Workspace,
-    (at, source): (&Path, Source<'a>),
+    (inputs, source): (&[&Path], Source<'a>),
     request: &'a ExportRequest,
     strip: Option<&'a mut (dyn Strip + 'a)>,
 ) -> Result<ExportCount> {
-    let mut target = Target::create(at, &request.target, request.force)?;
+    let mut outputs = Outputs::new(inputs, request.force);
+    let mut target = outputs.create(&request.target)?;
     let mut beside = None;
     if request.format == Format::Npy {
         let path = npy::path_of_g(&request.target);
         if source.g.is_some() {
-            beside = Some(Target::create(at, &path, request.force)?);
+            beside = Some(outputs.create(&path)?);
         } else if path.symlink_metadata().is_ok() {
             return Err(Error::Usage(format!(
                 "{}: exists, and would be taken for the coordinates of a mesh that has none; \

@@ -10,6 +10,7 @@
 pub mod npy;
 
 mod manifest;
+mod outputs;
 mod replace;
 mod rows;
 mod seal;
@@ -19,6 +20,7 @@ pub use manifest::{
     Counts, FORMAT, FileEntry, InputDigest, InputEntry, Manifest, Measures, Options, Orient,
     VERSION, ValenceClass,
 };
+pub use outputs::Outputs;
 pub use replace::{is_mesh_folder, not_replaceable};
 pub use rows::{
     COMPONENT_DESCR, ComponentMeasures, ComponentRow, MEASURED_DESCR, Row, Rows, row_type,

@@ -78,7 +78,7 @@ fn what_makes_no_sense_is_refused_and_leaves_nothing() {
                 target: home.dir.path().join("no/out.ply"),
                 ..base.clone()
             },
-            "create a file there",
+            "cannot write there",
         ),
     ];
     for (request, words) in cases {

@@ -38,14 +38,18 @@ fn names_that_must_not_be_written() {
     let (mesh, inside) = (home.folder.clone(), home.folder.join("V.npy"));
     let v = std::fs::read(&inside).unwrap();
     let inside = inside.to_str().unwrap();
-    home.refuses(&["-o", inside], 2, "exists");
+    home.refuses(&["-o", inside], 2, "lies in the mesh folder");
     home.refuses(&["-o", inside, "--force"], 2, "lies in the mesh folder");
     let new = home.folder.join("N.npy");
     home.refuses(&["-o", new.to_str().unwrap()], 2, "lies in the mesh folder");
     home.refuses(&["-o", "/no/such/place"], 4, "/no/such");
     let same = format!("--triangles={}", home.file("N.npy").display());
     let one = home.file("N.npy");
-    home.refuses(&["-o", one.to_str().unwrap(), &same], 2, "one file");
+    home.refuses(
+        &["-o", one.to_str().unwrap(), &same],
+        2,
+        "would be written twice",
+    );
     let taken = format!("--triangles={inside}");
     home.refuses(&[&taken, "--force"], 2, "lies in the mesh folder");
     assert_eq!(std::fs::read(inside).unwrap(), v);

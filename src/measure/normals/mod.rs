@@ -39,7 +39,7 @@ use crate::corner::Index;
 use crate::disk::{Target, Workspace};
 use crate::error::{Error, Result};
 use crate::folder::npy::DATA_START;
-use crate::folder::{self, Folder};
+use crate::folder::{self, Folder, Outputs};
 use crate::input::{CoordArray, CoordKind, Endian, IndexArray, IndexKind, Source};
 use crate::shuffle;
 use cross::Cross;
@@ -140,7 +140,7 @@ const MOST_SORT: u64 = 64 << 20;
 
 /// Computes the normals of a folder.
 ///
-/// Files must not exist unless `force` is set, nor lie in the folder itself. They appear under
+/// Files must not exist unless `force` is set, nor lie in a mesh folder. They appear under
 /// their names when they are complete; on an error they do not.
 ///
 /// # Errors
@@ -172,10 +172,6 @@ pub fn normals(ws: &Workspace, folder: &Folder, request: &NormalsRequest) -> Res
             folder.path().display()
         )));
     }
-    if request.triangles.as_ref() == Some(&request.target) {
-        let what = "the normals of vertices and of triangles cannot go to one file";
-        return Err(Error::Usage(what.into()));
-    }
     let least = least_memory(ws.workers.count());
     if least > ws.budget.free() {
         return Err(Error::Budget {
@@ -184,9 +180,10 @@ pub fn normals(ws: &Workspace, folder: &Folder, request: &NormalsRequest) -> Res
             have: ws.budget.limit(),
         });
     }
-    let target = Target::create(folder.path(), &request.target, request.force)?;
+    let mut outputs = Outputs::new(&[folder.path()], request.force);
+    let target = outputs.create(&request.target)?;
     let beside = request.triangles.as_deref();
-    let beside = beside.map(|path| Target::create(folder.path(), path, request.force));
+    let beside = beside.map(|path| outputs.create(path));
     let beside = beside.transpose()?;
     let job = Job::new(ws, folder, request, (&target, beside.as_ref()))?;
     let done = match (job.v.kind, job.g.kind) {

@@ -17,9 +17,9 @@ mod verdicts;
 
 use super::picture::{self, ColorBy, PictureRequest, View};
 use super::{Report, gather};
-use crate::disk::{Target, Workspace};
+use crate::disk::Workspace;
 use crate::error::{Error, Result};
-use crate::folder::{Folder, Manifest, Measures};
+use crate::folder::{Folder, Manifest, Measures, Outputs};
 use base64::Base64;
 use chart::{Class, histogram, range};
 use cost::Cost;
@@ -85,7 +85,7 @@ pub fn least_memory(folder: &Folder, request: &PageRequest, threads: usize) -> u
 
 /// Writes the page of a folder to a file, and returns its length in bytes.
 ///
-/// The target must not exist unless `force` is set, nor lie in the folder itself. It appears
+/// The target must not exist unless `force` is set, nor lie in a mesh folder. It appears
 /// under its name when it is complete; on an error it does not.
 ///
 /// # Errors
@@ -104,7 +104,9 @@ pub fn write(
     let cost = cost
         .map(|path| Cost::read(path, &manifest.counts))
         .transpose()?;
-    let mut target = Target::create(folder.path(), target, force)?;
+    let inputs = [Some(folder.path()), request.build.as_deref()];
+    let inputs: Vec<&Path> = inputs.into_iter().flatten().collect();
+    let mut target = Outputs::new(&inputs, force).create(target)?;
     let path = target.path().to_owned();
     let report = gather(folder, None)?;
     let mut page = Page {

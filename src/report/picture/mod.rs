@@ -34,9 +34,9 @@ mod view;
 pub use colour::{Background, ColorBy};
 pub use view::{View, direction};
 
-use crate::disk::{Target, Workspace};
+use crate::disk::Workspace;
 use crate::error::{Error, Result};
-use crate::folder::{self, Folder, Rows};
+use crate::folder::{self, Folder, Outputs, Rows};
 use crate::table::array;
 use canvas::Canvas;
 use colour::Palette;
@@ -150,7 +150,7 @@ pub fn least_memory(folder: &Folder, request: &PictureRequest, threads: usize) -
 
 /// Draws a folder to a PNG file.
 ///
-/// The target must not exist unless `force` is set, nor lie in the folder itself. It appears
+/// The target must not exist unless `force` is set, nor lie in a mesh folder. It appears
 /// under its name when it is complete; on an error it does not.
 ///
 /// # Errors
@@ -182,7 +182,7 @@ pub fn draw(
     target: &Path,
     force: bool,
 ) -> Result<PictureCount> {
-    let mut target = Target::create(folder.path(), target, force)?;
+    let mut target = Outputs::new(&[folder.path()], force).create(target)?;
     let path = target.path().to_owned();
     let count = draw_to(ws, folder, request, target.file(), &path)?;
     target.keep()?;

@@ -1,80 +1,22 @@
 //! What is not the program's own is spared: files of others in the way of a target, inputs that
 //! are named as outputs, devices. And an input that is changed while it is read gives no folder.
 
+#[path = "../common/mod.rs"]
 mod common;
 
+mod outputs;
+mod place;
+
 use clap::Parser;
-use common::run::{Run, cornermill, run};
+use common::run::{cornermill, run};
 use cornermill::build::{Builder, Strategy};
 use cornermill::disk::Progress;
+use place::Place;
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
-use tempfile::TempDir;
-
-const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-
-/// A place with a mesh `m.obj` and its folder `m.ct`.
-struct Place(TempDir);
-
-impl Place {
-    fn new() -> Place {
-        let place = Place(tempfile::tempdir().expect("a temporary directory"));
-        place.put("m.obj", OBJ);
-        place.run("build m.obj -q").expect(0);
-        place
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn put(&self, name: &str, text: &str) {
-        fs::write(self.path(name), text).expect("a file is written");
-    }
-
-    fn text(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).expect("a text is read")
-    }
-
-    /// Runs a line of words in this place.
-    fn run(&self, line: &str) -> Run {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_cornermill"));
-        command.args(line.split(' ')).current_dir(self.0.path());
-        run(command, Stdio::null())
-    }
-
-    /// A line that must be refused with a word that says why, and change nothing.
-    fn refuse(&self, line: &str, word: &str) {
-        let before = self.all();
-        let run = self.run(line).expect(2);
-        assert!(run.stderr.contains(word), "{word:?} is not said\n{run}");
-        assert_eq!(before, self.all(), "something changed\n{run}");
-    }
-
-    /// Every file, and what is in it.
-    fn all(&self) -> Vec<(PathBuf, Vec<u8>)> {
-        let (mut found, mut folders) = (Vec::new(), vec![self.0.path().to_owned()]);
-        while let Some(folder) = folders.pop() {
-            for item in fs::read_dir(folder).expect("a folder is listed") {
-                let path = item.expect("an entry").path();
-                if path.is_dir() && !path.is_symlink() {
-                    folders.push(path);
-                } else {
-                    // Reading a pipe would wait for its writer.
-                    let plain = path
-                        .is_file()
-                        .then(|| fs::read(&path).expect("a file is read"));
-                    found.push((path, plain.unwrap_or_default()));
-                }
-            }
-        }
-        found.sort();
-        found
-    }
-}
 
 #[test]
 fn only_mesh_folders_with_nothing_else_in_them_are_replaced() {
@@ -123,101 +65,8 @@ fn only_mesh_folders_with_nothing_else_in_them_are_replaced() {
     place.run("verify kept.ct").expect(0);
     symlink("kept.ct", place.path("link.ct")).expect("a link");
     every("link.ct", "is a link to kept.ct");
-    every("m.ct/inner.ct", "lies in a mesh folder");
+    every("m.ct/inner.ct", "lies in the mesh folder");
     every("-", "names no folder");
-}
-
-#[test]
-fn inputs_are_no_outputs() {
-    let place = Place::new();
-    place.run("export m.ct -o v.npy -q").expect(0);
-    place.refuse("build m.obj --json=m.obj --force", "is the input");
-    place.refuse("build m.obj --json=m.obj --force --dry-run", "is the input");
-    let arrays = "build v.npy --positions v.G.npy --force";
-    place.refuse(&format!("{arrays} --json=v.npy"), "is the input");
-    place.refuse(&format!("{arrays} --json=v.G.npy"), "is the input");
-    place.refuse(
-        "build m.obj --force --json=m.ct/G.npy",
-        "lies in the mesh folder",
-    );
-    place.run("encode m.ct -o packed --exact -q").expect(0);
-    fs::rename(place.path("packed"), place.path("packed.ply")).expect("it is renamed");
-    place.refuse(
-        "decode packed.ply -o packed.ply --force",
-        "is the compressed file itself",
-    );
-    symlink("packed.ply", place.path("link.ply")).expect("a link");
-    place.refuse(
-        "decode link.ply -o packed.ply --force",
-        "is the compressed file itself",
-    );
-}
-
-#[test]
-fn the_report_as_json_is_a_file_like_any_output() {
-    let place = Place::new();
-    place.put("r.json", "other work");
-    place.refuse("build m.obj -o n.ct --json=r.json", "give --force");
-    place.refuse("build m.obj -o n.ct --json=m.ct --force", "is a folder");
-    place
-        .run("build m.obj -o n.ct --json=nowhere/r.json -q")
-        .expect(4);
-    assert!(
-        !place.path("n.ct").exists(),
-        "it was built before it was refused"
-    );
-    place
-        .run("build m.obj -o n.ct --json=r.json --force -q")
-        .expect(0);
-    assert!(place.text("r.json").starts_with('{'));
-    place
-        .run("build m.obj -o n.ct --json=/dev/null --force -q")
-        .expect(0);
-    assert!(!fs::metadata("/dev/null").expect("a device").is_file());
-}
-
-#[test]
-fn devices_are_not_replaced_by_files() {
-    let place = Place::new();
-    let made = Command::new("mkfifo").arg(place.path("pipe.obj")).status();
-    assert!(made.expect("mkfifo runs").success());
-    for line in [
-        "export m.ct -o pipe.obj --force",
-        "encode m.ct -o pipe.obj --exact --force",
-        "picture m.ct -o pipe.obj --force",
-    ] {
-        let run = place.run(line).expect(2);
-        assert!(run.stderr.contains("is a device or pipe"), "{run}");
-    }
-    place.refuse("picture m.ct -o -", "no name of one");
-    place.refuse("encode m.ct -o - --exact", "no name of one");
-}
-
-#[test]
-fn links_are_not_replaced_by_files() {
-    let place = Place::new();
-    place.put("kept.obj", "work of years");
-    for to in ["kept.obj", "nowhere"] {
-        symlink(to, place.path("link.obj")).expect("a link");
-        for line in [
-            "export m.ct -o link.obj --force",
-            "encode m.ct -o link.obj --exact --force",
-            "picture m.ct -o link.obj --force",
-            "build m.obj -o n.ct --json=link.obj --force",
-        ] {
-            place.refuse(line, &format!("is a link to {to}"));
-        }
-        fs::remove_file(place.path("link.obj")).expect("it is removed");
-    }
-}
-
-#[test]
-fn arrays_without_coordinates_do_not_get_those_of_another_mesh() {
-    let place = Place::new();
-    place.run("export m.ct -o e.npy -q").expect(0);
-    place.run("build e.npy -o bare.ct -q").expect(0);
-    place.refuse("export bare.ct -o e.npy --force", "e.G.npy: exists");
-    place.run("export bare.ct -o f.npy -q").expect(0);
 }
 
 #[test]
