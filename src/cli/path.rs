@@ -8,7 +8,7 @@ use crate::build::parent;
 use crate::corner::Corner;
 use crate::disk::Workspace;
 use crate::error::Result;
-use crate::export::{ExportCount, ExportRequest, Strip, export_strip};
+use crate::export::{ExportCount, ExportRequest, Strip, export_strip, least_strip_memory};
 use crate::folder::Folder;
 use crate::table::CornerTable;
 use crate::walk::{self, Path, Search};
@@ -68,8 +68,8 @@ pub(super) fn run(args: &PathArgs) -> Result<Outcome> {
     let ws = args.work.workspace(beside)?;
     let folder = Folder::open(&args.folder, &ws.io)?;
     let table = CornerTable::from_folder(&folder)?;
-    let (from, to) = (Corner::new(args.from), Corner::new(args.to));
-    let mut path = match walk::path(&ws, &folder, &table, from, to)? {
+    let ends = [args.from, args.to].map(Corner::new);
+    let mut path = match find(&ws, &folder, &table, ends, request.as_ref())? {
         Search::Found(path) => path,
         Search::Apart { from, to } => {
             apart(args, from, to)?;
@@ -87,6 +87,23 @@ pub(super) fn run(args: &PathArgs) -> Result<Outcome> {
     }
     table.intact()?;
     Ok(Outcome::Done)
+}
+
+/// Finds the path, in memory that leaves the export its own.
+fn find<'a>(
+    ws: &'a Workspace,
+    folder: &'a Folder,
+    table: &'a CornerTable,
+    [from, to]: [Corner; 2],
+    request: Option<&ExportRequest>,
+) -> Result<Search<'a>> {
+    let search = walk::least_path_memory(table);
+    let export = request.map_or(0, |request| least_strip_memory(folder, request));
+    // What the search gives back when it is done, the export may have.
+    let kept = export.saturating_sub(search - walk::LEAST_FOUND_MEMORY);
+    ws.budget.check("a path and its export", search + kept)?;
+    let _kept = ws.budget.lease("the export of a path", kept)?;
+    walk::path(ws, folder, table, from, to)
 }
 
 /// The triangles of a path, as the folder has them.

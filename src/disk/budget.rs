@@ -100,6 +100,23 @@ impl Budget {
         })
     }
 
+    /// Does work for which `bytes` suffice: a refusal in it names no less, so that whoever gives what
+    /// it names is not refused again later on.
+    ///
+    /// # Errors
+    /// Those of the work.
+    pub fn within<T>(&self, bytes: u64, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let enough = self.used().saturating_add(bytes);
+        work().map_err(|e| match e {
+            Error::Budget { what, need, have } => Error::Budget {
+                what,
+                need: need.max(enough),
+                have,
+            },
+            other => other,
+        })
+    }
+
     /// The limit in bytes.
     pub fn limit(&self) -> u64 {
         self.0.limit
@@ -144,6 +161,22 @@ impl Drop for Lease {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_refusal_within_work_names_what_suffices_for_all_of_it() {
+        let budget = Budget::new(100);
+        let _before = budget.lease("before", 30).unwrap();
+        for (bytes, named) in [(90, 120), (75, 110)] {
+            let work = || budget.lease("a", 80).map(drop);
+            match budget.within(bytes, work) {
+                Err(Error::Budget { need, have, .. }) => assert_eq!((need, have), (named, 100)),
+                other => panic!("{other:?}"),
+            }
+        }
+        assert_eq!(budget.within(90, || Ok(7)).unwrap(), 7);
+        let usage = budget.within(90, || Err::<(), _>(Error::Usage("as it was".into())));
+        assert!(matches!(usage, Err(Error::Usage(what)) if what == "as it was"));
+    }
 
     #[test]
     fn refuses_beyond_the_limit_and_names_the_least() {

@@ -22,6 +22,12 @@ pub fn least_memory(folder: &Folder, request: &ExportRequest) -> u64 {
     least(Some(folder), vertices, request, request.selects())
 }
 
+/// The least with which an export of listed triangles is not refused.
+pub fn least_strip_memory(folder: &Folder, request: &ExportRequest) -> u64 {
+    let vertices = folder.manifest().counts.vertices;
+    least(Some(folder), vertices, request, true)
+}
+
 /// The same; `part` when not all triangles are written.
 fn least(folder: Option<&Folder>, vertices: u64, request: &ExportRequest, part: bool) -> u64 {
     let [chosen, choosing] = folder.map_or([0; 2], |folder| {

@@ -44,7 +44,7 @@ use source::Source;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-pub use job::least_memory;
+pub use job::{least_memory, least_strip_memory};
 pub use selection::{Bbox, Numbers, Selection};
 pub use strip::Strip;
 

@@ -25,8 +25,10 @@ pub use replace::{is_mesh_folder, not_replaceable};
 pub use rows::{
     COMPONENT_DESCR, ComponentMeasures, ComponentRow, MEASURED_DESCR, Row, Rows, row_type,
 };
-pub use seal::{BLOCK, block_sums, digest_file, digest_of_blocks, digest_warm, warm_sums};
-pub use warm::WarmSums;
+pub use seal::{
+    BLOCK, block_sums, checksum_bytes, digest_file, digest_of_blocks, digest_warm, warm_sums,
+};
+pub use warm::{WarmSums, sum_bytes};
 
 use crate::disk::{Counters, DataFile, fs};
 use crate::error::{Error, Result};

@@ -18,6 +18,11 @@ pub const BLOCK: u64 = 64 << 20;
 /// Bytes read at a time.
 pub(super) const STEP: usize = 256 << 10;
 
+/// Bytes that sums take while they are taken.
+pub fn checksum_bytes(ws: &Workspace) -> u64 {
+    (ws.workers.count() * STEP) as u64
+}
+
 /// The checksum of every 64 MiB of each file, files in the given order.
 ///
 /// # Errors
@@ -34,9 +39,7 @@ pub fn block_sums(ws: &Workspace, files: &[&DataFile]) -> Result<Vec<Vec<u64>>> 
 /// # Errors
 /// As [`block_sums`].
 pub fn warm_sums(ws: &Workspace, files: &[(&DataFile, &WarmSums)]) -> Result<Vec<Vec<u64>>> {
-    let _lease = ws
-        .budget
-        .lease("checksum buffers", (ws.workers.count() * STEP) as u64)?;
+    let _lease = ws.budget.lease("checksum buffers", checksum_bytes(ws))?;
     let mut units = Vec::new();
     let mut sums = Vec::new();
     for (which, (_, warm)) in files.iter().enumerate() {

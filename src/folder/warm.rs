@@ -42,6 +42,11 @@ pub struct WarmSums {
     _lease: Lease,
 }
 
+/// Memory for the sums of so many files of so many bytes together, at most.
+pub fn sum_bytes(bytes: u64, files: u64) -> u64 {
+    (bytes.div_ceil(BLOCK) + files) * size_of::<Block>() as u64
+}
+
 impl WarmSums {
     /// For a file of `bytes`, whose length stays. `early` is false for a file that is known to
     /// be written again after it was written whole.
@@ -50,7 +55,7 @@ impl WarmSums {
     /// [`crate::Error::Budget`].
     pub fn new(budget: &Budget, bytes: u64, early: bool) -> Result<WarmSums> {
         let blocks = bytes.div_ceil(BLOCK);
-        let lease = budget.lease("block sums", blocks * size_of::<Block>() as u64)?;
+        let lease = budget.lease("block sums", sum_bytes(bytes, 0))?;
         Ok(WarmSums {
             blocks: (0..blocks).map(|_| Block::default()).collect(),
             bytes,

@@ -24,7 +24,7 @@ mod path;
 mod stack;
 
 pub use clers::{Clers, Entered, Letter, Side, Step, Tip, Walked, least_swirl_memory};
-pub use path::{Corners, Path, Search, least_path_memory, path};
+pub use path::{Corners, LEAST_FOUND_MEMORY, Path, Search, least_path_memory, path};
 
 use crate::corner::{Corner, Vertex};
 use crate::error::{Error, Result};

@@ -37,6 +37,9 @@ use crate::table::{CornerTable, array::Width};
 /// What ends a level in the log.
 const END: u64 = u64::MAX;
 
+/// Bytes that a [`Path`] holds at least, when it was found.
+pub const LEAST_FOUND_MEMORY: u64 = log::LEAST;
+
 /// The least budget in bytes with which [`path`] is not refused.
 pub fn least_path_memory(table: &CornerTable) -> u64 {
     Bits::bytes(table.triangle_count()) + log::LEAST

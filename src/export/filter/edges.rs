@@ -14,6 +14,7 @@
 //! corners that are taken, one by one.
 
 use super::Job;
+use super::least::{self, FIRST_LINKS, LINK_BYTES};
 use super::sets::Sets;
 use super::source::Row;
 use super::table::Table;
@@ -60,7 +61,7 @@ pub(super) struct Change {
 /// the input; [`Error::Budget`], [`Error::Input`], [`Error::Io`].
 pub(super) fn settle(job: &Job) -> Result<Edges> {
     let components = job.taken.chosen.count;
-    let bytes = components * (2 * Sets::BYTES + size_of::<Change>() as u64);
+    let bytes = least::joined_bytes(components);
     let lease = job.ws.budget.lease("joined components", bytes)?;
     let mut edges = Edges {
         kept: 0,
@@ -89,11 +90,9 @@ fn link(job: &Job, edges: &mut Edges) -> Result<()> {
             return Err(refused(job, edge, [a, b]));
         }
         if edges.links.len() == edges.links.capacity() {
-            let more = edges.links.len().max(256);
-            let lease = job
-                .ws
-                .budget
-                .lease("edges that become regular", 32 * more as u64)?;
+            let more = edges.links.len().max(FIRST_LINKS as usize);
+            let bytes = LINK_BYTES * more as u64;
+            let lease = job.ws.budget.lease("edges that become regular", bytes)?;
             edges.leases.push(lease);
             edges.links.reserve_exact(more);
         }

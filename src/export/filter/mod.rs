@@ -25,6 +25,7 @@
 //! triangles, in the order of use); everything chosen written once.
 
 mod edges;
+mod least;
 mod sets;
 mod source;
 mod table;
@@ -100,16 +101,35 @@ pub fn filter(ws: &Workspace, folder: &Folder, request: &FilterRequest) -> Resul
         },
         &[folder.path()],
     )?;
-    let Some(mut chosen) = select::choose(ws, folder, &request.selection)? else {
+    let any = least::any(ws, folder, &request.selection);
+    let choose = || select::choose(ws, folder, &request.selection);
+    let Some(mut chosen) = ws.budget.within(any, choose)? else {
         return Err(Error::Internal("a selection chose everything".into()));
     };
     chosen.seal();
+    let triangles = folder.manifest().counts.triangles.min(chosen.triangles);
+    let passes = least::passes(ws, folder, chosen.count, triangles);
+    let enough = least::mark_bytes(folder) + MIN_STEP * BYTES_PER_TRIANGLE + passes;
+    let take = || take(ws, folder, staging, &chosen, passes);
+    ws.budget.within(enough, take)
+}
+
+/// Makes the folder of what was chosen; `passes` take so many bytes at most.
+fn take(
+    ws: &Workspace,
+    folder: &Folder,
+    staging: Staging,
+    chosen: &Chosen,
+    passes: u64,
+) -> Result<Manifest> {
     let counts = &folder.manifest().counts;
-    let flips = counts.triangles.div_ceil(64);
-    let marks = Used::bytes(counts.triangles) + Used::bytes(counts.vertices) + 8 * flips;
+    let marks = least::mark_bytes(folder);
     let _marks = ws.budget.lease("marks of what is taken", marks)?;
     let mut step = MIN_STEP;
-    while step < MAX_STEP && 2 * step * BYTES_PER_TRIANGLE <= ws.budget.free() / 4 {
+    // Larger blocks from a quarter of what is left, but not from what the passes may want.
+    let free = ws.budget.free();
+    let spare = (free / 4).min(free.saturating_sub(passes));
+    while step < MAX_STEP && 2 * step * BYTES_PER_TRIANGLE <= spare {
         step *= 2;
     }
     let _blocks = ws
@@ -117,10 +137,10 @@ pub fn filter(ws: &Workspace, folder: &Folder, request: &FilterRequest) -> Resul
         .lease("blocks of triangles", step * BYTES_PER_TRIANGLE)?;
     let source = Source::open(ws, folder, step)?;
     let mut taken = Taken {
-        chosen: &chosen,
+        chosen,
         triangles: Used::new(counts.triangles),
         vertices: Used::new(counts.vertices),
-        flips: vec![0; flips as usize],
+        flips: vec![0; counts.triangles.div_ceil(64) as usize],
     };
     let triangles = source.mark(&mut taken)?;
     if triangles != chosen.triangles {
@@ -186,6 +206,8 @@ impl Job<'_> {
         counts.distinct_edges = counts.regular_edges + counts.border_edges + edges.kept;
         files.extend(edges::write::<I>(&self, &table, &edges)?);
         files.push(write::vertices(&self)?);
+        drop(table);
+        drop(edges);
         self.seal::<I>(files, counts)
     }
 

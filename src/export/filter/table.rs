@@ -13,6 +13,7 @@
 use super::super::gather::Gather;
 use super::Job;
 use super::edges::{Change, Edges};
+use super::least::ROW_BYTES;
 use super::sets::Sets;
 use crate::build::arrays::OutArray;
 use crate::chunk::grid::{Bounds, Grid};
@@ -84,8 +85,8 @@ impl Table<'_> {
 /// Measures and orients the sets of chosen components.
 pub(super) fn decide<'a>(job: &Job, edges: &'a Edges, bounds: &Bounds) -> Result<Table<'a>> {
     let count = edges.sets.count();
-    let row = size_of::<ComponentRow>() as u64 + 1;
-    let lease = job.ws.budget.lease("rows of components", count * row)?;
+    let bytes = count * ROW_BYTES;
+    let lease = job.ws.budget.lease("rows of components", bytes)?;
     let sums = count * size_of::<Measure>() as u64;
     let _sums = job.ws.budget.lease("sums by component", sums)?;
     let grid = Grid::new(bounds);

@@ -8,6 +8,7 @@
 //! labels, flips and both maps written once.
 
 use super::Job;
+use super::least::direction_bytes;
 use super::source::Row;
 use super::table::Table;
 use crate::build::arrays::OutArray;
@@ -23,7 +24,7 @@ pub(super) fn triangles<I: Index>(
     counts: &mut Counts,
 ) -> Result<Vec<OutArray>> {
     let (t, id) = (job.triangles, I::BYTES as u64);
-    let bits = 8 * (3 * t).div_ceil(64);
+    let bits = direction_bytes(t);
     let _lease = job.ws.budget.lease("directions of edges", bits)?;
     let mut down = vec![0u64; (bits / 8) as usize];
     let out = [
