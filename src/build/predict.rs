@@ -22,7 +22,7 @@ use super::chunked::table_bytes;
 use super::load::{Load, PassPrediction};
 use super::phases::{Phase, phases};
 use super::plan::{Plan, Shape};
-use super::sample::Nature;
+use super::sample::{Hubs, Nature};
 use super::way::fitting;
 use crate::error::{Error, Result};
 use crate::folder::npy::DATA_START;
@@ -115,15 +115,13 @@ impl Prediction {
         let (certain, shape) = (shape(survey.least), shape([triangles, vertices]));
         let least = enough(&shape, 0)?;
         let plan = Plan::new(&shape, sizes.memory.max(least), sizes.chunk, sizes.buckets)?;
-        let arrays = arrays(&shape);
-        let checksums: u64 = arrays.iter().map(|a| a.bytes.div_ceil(BLOCK)).sum();
-        let data: u64 = arrays.iter().map(|a| a.bytes).sum();
+        let arrays = arrays(&shape, &Parts::new(&survey, &shape, &Hubs::default()));
+        let (data, manifest) = sizes_of(&arrays);
         let memory = sizes.memory.max(least);
         let load = |nature| Load::new(&survey, shape, plan, memory, nature);
         let coherent = load(Nature::coherent(triangles));
         let worst = load(Nature::random()).scratch();
         let crowds = [false, true].map(|knotted| load(Nature::crowd(knotted)).scratch());
-        let manifest = MANIFEST_BYTES + CHECKSUM_LINE * checksums;
         Ok(Prediction {
             memory: sizes.memory,
             least_memory: least,
@@ -152,6 +150,10 @@ impl Prediction {
         let memory = self.memory.max(self.least_memory);
         let load = Load::new(&self.survey, self.shape, self.plan, memory, nature);
         (self.expected_scratch, self.looked_at) = (load.scratch(), nature.looked);
+        let parts = Parts::new(&self.survey, &self.shape, &nature.hubs);
+        self.arrays = arrays(&self.shape, &parts);
+        let (data, manifest) = sizes_of(&self.arrays);
+        self.output = data + manifest;
     }
 
     /// Refuses a budget that is certain to be too small; one below the least may do, when the
@@ -230,8 +232,58 @@ fn enough(shape: &Shape, labels: u64) -> Result<u64> {
     }
 }
 
+/// What a mesh falls into, as counts and hubs tell.
+struct Parts {
+    components: u64,
+    /// Corners of edges of many triangles.
+    cut: u64,
+    /// Triangles that are there more than once.
+    duplicate: u64,
+}
+
+impl Parts {
+    /// Why counts tell: a component of t triangles, which edges join, names t + 2 vertices or fewer.
+    ///
+    /// Why hubs tell: an edge between two of them has many triangles and joins none. So a triangle
+    /// with three corners at hubs is a component of its own, and others with two are joined only where
+    /// they name the same third vertex.
+    fn new(survey: &Survey, shape: &Shape, hubs: &Hubs) -> Parts {
+        let t = shape.triangles;
+        let vertices = match survey.welded {
+            true => 0,
+            false => shape.vertices,
+        };
+        let part = |share: f64| (share * t as f64) as u64;
+        let (knotted, enclosed) = (part(hubs.knotted), part(hubs.enclosed()));
+        let at_hubs = enclosed + knotted.saturating_sub(enclosed).min(vertices);
+        let apart = vertices.saturating_sub(t) / 2;
+        Parts {
+            components: apart.max(at_hubs).max(1).min(t),
+            cut: part(hubs.knots),
+            duplicate: enclosed,
+        }
+    }
+}
+
+/// Bytes of these arrays, and of their manifest about.
+fn sizes_of(arrays: &[FileEntry]) -> (u64, u64) {
+    let checksums: u64 = arrays.iter().map(|a| a.bytes.div_ceil(BLOCK)).sum();
+    let data = arrays.iter().map(|a| a.bytes).sum();
+    (data, MANIFEST_BYTES + CHECKSUM_LINE * checksums)
+}
+
 /// The arrays of a folder with one component and no culprits.
-pub fn arrays(shape: &Shape) -> Vec<FileEntry> {
+pub fn least_arrays(shape: &Shape) -> Vec<FileEntry> {
+    let parts = Parts {
+        components: shape.triangles.min(1),
+        cut: 0,
+        duplicate: 0,
+    };
+    arrays(shape, &parts)
+}
+
+/// The arrays of a folder of so many components and culprits.
+fn arrays(shape: &Shape, parts: &Parts) -> Vec<FileEntry> {
     let (t, index) = (shape.triangles, shape.index);
     let id = format!("<u{index}");
     let entry = |name: &str, dtype: &str, dims: &[u64], row: u64| FileEntry {
@@ -247,14 +299,14 @@ pub fn arrays(shape: &Shape) -> Vec<FileEntry> {
         entry(folder::O, &id, &[t, 3], 3 * index),
         entry(folder::COMPONENT, &id, &[t], index),
         entry(folder::FLIPPED, "|u1", &[t.div_ceil(8)], 1),
-        entry(folder::COMPONENTS, table, &[t.min(1)], row),
+        entry(folder::COMPONENTS, table, &[parts.components], row),
         entry(folder::NONMANIFOLD_EDGES, EDGE_DESCR, &[0], 0),
-        entry(folder::NONMANIFOLD_CORNERS, &id, &[0], 0),
+        entry(folder::NONMANIFOLD_CORNERS, &id, &[parts.cut], index),
         entry(folder::DEGENERATE, &id, &[0], 0),
     ];
     if shape.measures {
         arrays.push(entry(folder::NONMANIFOLD_VERTICES, &id, &[0], 0));
-        arrays.push(entry(folder::DUPLICATE, &id, &[0], 0));
+        arrays.push(entry(folder::DUPLICATE, &id, &[parts.duplicate], index));
     }
     if shape.coord > 0 {
         let dtype = format!("<f{}", shape.coord);

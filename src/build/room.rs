@@ -10,7 +10,7 @@
 
 use super::Job;
 use super::plan::Shape;
-use super::predict::{Prediction, arrays};
+use super::predict::{Prediction, least_arrays};
 use super::way::Way;
 use crate::disk::{Scratch, Workspace, space};
 use crate::error::{Error, Result};
@@ -155,7 +155,8 @@ pub fn with_need(error: Error, job: &Job) -> Error {
 fn output_bytes(shape: &Shape) -> u64 {
     // Bits of triangles that are not flipped are holes.
     let written = |array: &&FileEntry| array.name != folder::FLIPPED;
-    arrays(shape).iter().filter(written).map(|a| a.bytes).sum()
+    let arrays = least_arrays(shape);
+    arrays.iter().filter(written).map(|a| a.bytes).sum()
 }
 
 /// Bytes that the files of a folder take on disk.

@@ -75,6 +75,11 @@ pub struct Hubs {
 }
 
 impl Hubs {
+    /// Share of the triangles that have three corners at hubs.
+    pub fn enclosed(&self) -> f64 {
+        ((self.knots - self.knotted) / 2.0).max(0.0)
+    }
+
     fn add(&mut self, more: &Hubs, share: f64) {
         self.number = more.number;
         self.met += share * more.met;

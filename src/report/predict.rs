@@ -81,7 +81,7 @@ pub struct Output {
     pub bytes: u64,
     /// True when something of that name is there already.
     pub exists: bool,
-    /// The arrays, with one component and no culprits.
+    /// The arrays, with components and culprits as counts and hubs tell.
     pub arrays: Vec<Array>,
 }
 
@@ -242,9 +242,9 @@ fn sizes(out: &mut String, p: &Predicted) {
     let most = "for any mesh, such as one whose triangles are all on one edge";
     row("  most", p.scratch.most, most);
     let exists = if p.output.exists {
-        "one component, no culprits; the name is taken: --force would replace it"
+        "the name is taken: --force would replace it"
     } else {
-        "one component, no culprits"
+        "components and culprits as counts and hubs tell"
     };
     row("output", p.output.bytes, exists);
 }
