@@ -145,7 +145,8 @@ fn choose(
     if lattice == Lattice::default() {
         return Ok(lattice);
     }
-    let (mut best, mut least) = (lattice.clone(), trial(&lattice)?);
+    let mut least = trial(&lattice)?;
+    let mut best = lattice;
     for axis in 0..3 {
         if best.values[axis].is_empty() {
             continue;

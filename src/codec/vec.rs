@@ -100,3 +100,21 @@ pub fn unit(a: Vec3) -> Vec3 {
     }
     a.map(|x| (x << UNIT) / length)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roots_are_those_of_integers() {
+        let squares = (0..32).flat_map(|bits| [1u64 << bits, (1 << bits) + 1, (3 << bits) / 2]);
+        let ends = [u64::from(u32::MAX), 94_906_265, 94_906_266, 94_906_267];
+        for r in squares.chain(ends) {
+            let r = r.min(u64::from(u32::MAX));
+            for x in [r * r - 1, r * r, r * r + 1, r * r + 2 * r] {
+                assert_eq!(root(x), x.isqrt(), "{x}");
+            }
+        }
+        assert_eq!((root(0), root(u64::MAX)), (0, u64::from(u32::MAX)));
+    }
+}

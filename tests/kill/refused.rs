@@ -5,7 +5,17 @@ use super::{PROGRAM, build, build_kept, make, names, same, stopped, wait_for};
 use std::cell::RefCell;
 use std::fs;
 use std::io::Read;
+use std::path::Path;
 use std::process::{Command, Stdio};
+
+/// Builds `m.ply`, and holds how that ends to a code and a part of what is said.
+fn build_ends(dir: &Path, args: &[&str], code: i32, part: &str) {
+    let done = build(dir, "m.ct", &["m.ply"], args).output();
+    let done = done.expect("a build");
+    let text = String::from_utf8_lossy(&done.stderr);
+    assert_eq!(done.status.code(), Some(code), "{text}");
+    assert!(text.contains(part), "{text}");
+}
 
 #[test]
 fn scratch_elsewhere_is_found_again_and_nothing_of_others_is_touched() {
@@ -31,14 +41,7 @@ fn scratch_elsewhere_is_found_again_and_nothing_of_others_is_touched() {
         stopped(start, || state.is_file(), "-KILL", clear);
         assert_eq!(names(&dir.join(tmp)).len(), 1);
     };
-    let run = |args: &[&str], code: i32, part: &str| {
-        let done = build(dir, "m.ct", &["m.ply"], args)
-            .output()
-            .expect("a build");
-        let text = String::from_utf8_lossy(&done.stderr);
-        assert_eq!(done.status.code(), Some(code), "{text}");
-        assert!(text.contains(part), "{text}");
-    };
+    let run = |args: &[&str], code, part: &str| build_ends(dir, args, code, part);
     stop("one");
     run(&["--resume", "--tmp", "two"], 2, "--tmp");
     assert!(names(&dir.join("two")).is_empty());
@@ -120,13 +123,8 @@ fn what_changed_behind(states: usize) {
         fs::remove_dir_all(dir.join("m.ct")).expect("a folder");
     });
     assert!(state.is_file());
-    let refused = |args: &[&str], code: i32, part: &str| {
-        let done = build(dir, "m.ct", &["m.ply"], args)
-            .output()
-            .expect("a build");
-        let text = String::from_utf8_lossy(&done.stderr);
-        assert_eq!(done.status.code(), Some(code), "{text}");
-        assert!(text.contains(part), "{text}");
+    let refused = |args: &[&str], code, part: &str| {
+        build_ends(dir, args, code, part);
         assert!(state.is_file());
     };
     refused(&[], 2, "`build --resume` goes on, --force begins anew");
